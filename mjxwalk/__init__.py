@@ -1,0 +1,3 @@
+"""Massively parallel neuroevolution of bipedal walking, on JAX and MuJoCo MJX."""
+
+__version__ = "0.1.0"
