@@ -1,0 +1,125 @@
+"""Rigid-body dynamics from MJX's pieces, with implicit forces in the mass matrix.
+
+MuJoCo's own contact and constraint solver stays off: the studies apply penalty forces, which need no
+data-dependent loop. A force that is taken linearly implicit enters in two parts, a known generalised
+force and an inertia that is added before the accelerations are solved for.
+"""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from mjxwalk.envs._mujoco import mjx, mujoco
+
+
+class Model(NamedTuple):
+    """A compiled body: constants only.
+
+    Attributes:
+      mujoco: the `mujoco.MjModel`, for names, masses and C MuJoCo.
+      mjx: the same model for MJX.
+      data: the `mjx.Data` that every step starts from.
+    """
+
+    mujoco: Any
+    mjx: Any
+    data: Any
+
+
+def compile_model(spec: Any) -> Model:
+    """Returns the model of an `mujoco.MjSpec`, with contact and constraint solver off."""
+    disable = mujoco.mjtDisableBit
+    spec.option.disableflags |= disable.mjDSBL_CONTACT | disable.mjDSBL_CONSTRAINT
+    # MuJoCo's own implicit joint damping would hide what the step does.
+    spec.option.disableflags |= disable.mjDSBL_EULERDAMP
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    with jax.ensure_compile_time_eval():
+        return Model(model, mjx.put_model(model), mjx.put_data(model, data))
+
+
+def forward(model: Model, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]) -> Any:
+    """Returns `mjx.Data` with positions, velocities and bias forces (gravity, Coriolis)."""
+    data = model.data.replace(qpos=qpos, qvel=qvel)
+    data = mjx.kinematics(model.mjx, data)
+    data = mjx.com_pos(model.mjx, data)
+    data = mjx.com_vel(model.mjx, data)
+    return mjx.rne(model.mjx, data)
+
+
+class PointLoad(NamedTuple):
+    """A force on a point of a body, and the point mass that is its implicit part.
+
+    Attributes:
+      offset: from the centre of mass of the whole tree to the point, world axes, m.
+      force: world axes, N.
+      mass: kg.
+    """
+
+    offset: Float[Array, "3"]
+    force: Float[Array, "3"]
+    mass: Float[Array, ""]
+
+
+def point_offset(data: Any, point: Float[Array, "3"]) -> Float[Array, "3"]:
+    """Returns where a point lies from the centre of mass that MuJoCo's spatial vectors refer to."""
+    return point - data.subtree_com[1]
+
+
+def point_velocity(data: Any, body: int, offset: Float[Array, "3"]) -> Float[Array, "3"]:
+    """Returns the velocity of a point that moves with a body, world axes, m/s."""
+    rotation, translation = data.cvel[body, :3], data.cvel[body, 3:]
+    return translation + jnp.cross(rotation, offset)
+
+
+def acceleration(
+    model: Model,
+    data: Any,
+    generalized_force: Float[Array, " nv"],
+    added_inertia: Float[Array, " nv"],
+    loads: dict[int, list[PointLoad]],
+) -> Float[Array, " nv"]:
+    """Returns qacc under gravity, generalised forces and loads on points of bodies.
+
+    Args:
+      model: the body.
+      data: what `forward` returned.
+      generalized_force: N or N m, one for each degree of freedom.
+      added_inertia: on the mass matrix's diagonal, kg or kg m^2.
+      loads: for each body's id, its loads.
+    """
+    force = generalized_force - data.qfrc_bias
+    inertia = data._impl.cinert
+    for body, body_loads in loads.items():
+        wrench = jnp.zeros(6)
+        for load in body_loads:
+            wrench += jnp.concatenate([jnp.cross(load.offset, load.force), load.force])
+            inertia = inertia.at[body].add(_point_inertia(load))
+        force += _moves(model, body) * (data.cdof @ wrench)
+    data = mjx.crb(model.mjx, data.tree_replace({"_impl.cinert": inertia}))
+    mass_matrix = mjx.full_m(model.mjx, data) + jnp.diag(added_inertia)
+    # Leaves first: without fill-in between branches of the tree, half of the factor stays zero.
+    flipped = jax.scipy.linalg.cho_factor(mass_matrix[::-1, ::-1], lower=True)
+    return jax.scipy.linalg.cho_solve(flipped, force[::-1])[::-1]
+
+
+def _point_inertia(load: PointLoad) -> Float[Array, "10"]:
+    """Returns a point mass as MuJoCo's spatial inertia: xx yy zz xy xz yz, m x, m y, m z, m."""
+    x, y, z = load.offset
+    one = jnp.ones(())
+    xx, yy, zz = y * y + z * z, x * x + z * z, x * x + y * y
+    return load.mass * jnp.stack([xx, yy, zz, -x * y, -x * z, -y * z, x, y, z, one])
+
+
+def _moves(model: Model, body: int) -> np.ndarray[Any, Any]:
+    """Returns 1 for each degree of freedom that moves the body, else 0."""
+    m = model.mujoco
+    moves = np.zeros(m.nv, np.float32)
+    while body:
+        first = m.body_dofadr[body]
+        moves[first : first + m.body_dofnum[body]] = 1.0
+        body = m.body_parentid[body]
+    return moves

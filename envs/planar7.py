@@ -1,0 +1,316 @@
+"""Planar walker of seven links: upper body, thighs, shanks and feet, after a human of 70 kg.
+
+Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
+walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/1059712312462904, sections 2.1-2.4.
+Nine degrees of freedom: the hip's x and z, the upper body's pitch, and hip, knee and ankle of each
+leg. Flexion, dorsiflexion and forward lean are positive. The body itself is in `planar7.xml`.
+"""
+
+import dataclasses
+import functools
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from mjxwalk.envs import checks, dynamics
+from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.contact import ContactForce, SoftContact
+from mjxwalk.envs.joint_stop import JointStop
+from mjxwalk.envs.terrain import RandomWalk, Terrain
+
+MODEL_PATH = Path(__file__).with_name("planar7.xml")
+LEGS = ("left", "right")
+JOINTS = ("hip", "knee", "ankle")
+FEET = tuple(f"foot_{leg}" for leg in LEGS)
+CONTACT_SITES = tuple(f"{point}_{leg}" for leg in LEGS for point in ("heel", "toe"))
+LEG_LENGTH = 0.9275  # m, hip to floor with the leg straight; a test holds it to planar7.xml
+SOLE_DEPTH = 0.068  # m, ankle to sole; likewise
+GRAVITY = 9.81  # m/s^2, as in MuJoCo
+MAX_SPEED = 100.0  # m/s and rad/s; ours: beyond it a simulation has diverged, not walked
+ACTUATED = slice(3, 9)  # of qpos and qvel
+
+
+class Action(NamedTuple):
+    """What a controller asks of the six joints: torque + stiffness (target - angle) - damping rate.
+
+    Order: hip, knee, ankle of the left leg, then of the right one.
+
+    Attributes:
+      torque: N m.
+      target: rad.
+      stiffness: N m/rad.
+      damping: N m s/rad.
+    """
+
+    torque: Float[Array, "6"]
+    target: Float[Array, "6"]
+    stiffness: Float[Array, "6"]
+    damping: Float[Array, "6"]
+
+
+class Observation(NamedTuple):
+    """What the walker senses; legs in the order left, right.
+
+    Attributes:
+      time: since the start, s.
+      pitch: of the upper body, rad, forward lean positive.
+      pitch_rate: rad/s.
+      angle: hip, knee and ankle of each leg, rad.
+      rate: of the same, rad/s.
+      contact: whether heel or toe of the foot touch the ground.
+      ankle_x: how far each ankle is ahead of the hip, m.
+    """
+
+    time: Float[Array, ""]
+    pitch: Float[Array, ""]
+    pitch_rate: Float[Array, ""]
+    angle: Float[Array, "2 3"]
+    rate: Float[Array, "2 3"]
+    contact: Bool[Array, "2"]
+    ankle_x: Float[Array, "2"]
+
+
+class State(NamedTuple):
+    """One walker between two steps; contacts and ankles are those that the last step saw.
+
+    Attributes:
+      qpos: hip x and z (m), pitch and joints (rad).
+      qvel: m/s and rad/s.
+      stretch: of the ground's tangential springs, m: heel and toe of the left, then the right foot.
+      touching: whether those points are below the ground.
+      ankle_x: how far each ankle is ahead of the hip, m.
+      num_steps: physics steps so far.
+      flight_time: since a foot last touched the ground, s.
+      torque_cost: integral of the joints' summed absolute torque, N m s.
+      work: integral of the joints' summed absolute power, J.
+      fell: whether the trial ended by a fall, or by physics that diverged.
+      diverged: whether the physics diverged; the rest is then the last sound state.
+      done: whether the trial has ended.
+    """
+
+    qpos: Float[Array, "9"]
+    qvel: Float[Array, "9"]
+    stretch: Float[Array, "4"]
+    touching: Bool[Array, "4"]
+    ankle_x: Float[Array, "2"]
+    num_steps: Int[Array, ""]
+    flight_time: Float[Array, ""]
+    torque_cost: Float[Array, ""]
+    work: Float[Array, ""]
+    fell: Bool[Array, ""]
+    diverged: Bool[Array, ""]
+    done: Bool[Array, ""]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Planar7:
+    """The body, its ground, and the rules of a trial.
+
+    Attributes:
+      torso_mass: kg; a link's moment of inertia scales with its mass.
+      thigh_mass: kg, each.
+      shank_mass: kg, each.
+      foot_mass: kg, each.
+      terrain: shape of the ground.
+      contact: law of the ground.
+      joint_stop: law of the joints' limits.
+      timestep: of the physics, s.
+      integrator: "implicit" takes contact, joint stops and the action's stiffness and damping at
+        the end of the step, which is stable at 1 ms; "explicit" takes all forces at its start, as
+        the paper does at 0.2 ms. Positions then follow the new velocities (semi-implicit Euler).
+      start_hip_angle: left hip at the start, rad; the right hip is at minus that.
+      min_hip_height: over the ground below, m; under it the walker has fallen.
+      max_pitch: of the upper body, rad; beyond it the walker has fallen.
+      max_flight_time: s without ground contact; beyond it the walker has fallen.
+      torque_budget: the trial ends when `torque_cost` reaches it, N m s.
+      max_time: the trial ends then, s.
+    """
+
+    torso_mass: float = 47.46
+    thigh_mass: float = 7.0
+    shank_mass: float = 3.255
+    foot_mass: float = 1.015
+    terrain: RandomWalk = RandomWalk()
+    contact: SoftContact = SoftContact()
+    joint_stop: JointStop = JointStop()
+    timestep: float = 0.001  # ours: the paper's 0.0002 s is for the explicit integrator
+    integrator: Literal["implicit", "explicit"] = "implicit"
+    start_hip_angle: float = 0.15  # ours: staggered feet bootstrap, side by side they lunge
+    min_hip_height: float = 0.78  # ours: the paper's rule is lost; lower lets crouchers win
+    max_pitch: float = 1.0  # ours: as above
+    max_flight_time: float = 0.002  # flight is a fall, section 2.6; ours: bounces are shorter
+    torque_budget: float = 28_000.0  # ours: the 3D budget scaled by weight and leg length, times 3
+    max_time: float = 30.0  # ours: standing still costs little torque
+
+    def __post_init__(self) -> None:
+        checks.positive(self, "torso_mass", "thigh_mass", "shank_mass", "foot_mass", "timestep")
+        checks.positive(self, "min_hip_height", "max_pitch", "torque_budget", "max_time")
+        checks.not_negative(self, "max_flight_time")
+        if self.integrator not in ("implicit", "explicit"):
+            raise ValueError(
+                f'integrator must be "implicit" or "explicit", got "{self.integrator}"'
+            )
+
+    @property
+    def weight(self) -> float:
+        """Body weight, N."""
+        legs = 2.0 * (self.thigh_mass + self.shank_mass + self.foot_mass)
+        return GRAVITY * (self.torso_mass + legs)
+
+    @property
+    def model(self) -> dynamics.Model:
+        """The compiled body."""
+        return _compile(self.torso_mass, self.thigh_mass, self.shank_mass, self.foot_mass)
+
+    def reset(self, terrain: Terrain) -> State:
+        """Returns a walker at rest, one leg ahead of the other, soles level on the ground."""
+        hip = self.start_hip_angle
+        qpos = jnp.array([0.0, LEG_LENGTH * np.cos(hip), 0.0, hip, 0.0, -hip, -hip, 0.0, hip])
+        ground = self.terrain.height(terrain, qpos[0])
+        ahead = (LEG_LENGTH - SOLE_DEPTH) * np.sin(hip)
+        return State(
+            qpos=qpos.at[1].add(ground - SOLE_DEPTH * (np.cos(hip) - 1.0)),
+            qvel=jnp.zeros(9),
+            stretch=jnp.zeros(4),
+            touching=jnp.ones(4, bool),
+            ankle_x=jnp.array([ahead, -ahead]),
+            num_steps=jnp.zeros((), jnp.int32),
+            flight_time=jnp.zeros(()),
+            torque_cost=jnp.zeros(()),
+            work=jnp.zeros(()),
+            fell=jnp.zeros((), bool),
+            diverged=jnp.zeros((), bool),
+            done=jnp.zeros((), bool),
+        )
+
+    def observe(self, state: State) -> Observation:
+        """Returns what the walker senses."""
+        return Observation(
+            time=state.num_steps * self.timestep,
+            pitch=state.qpos[2],
+            pitch_rate=state.qvel[2],
+            angle=state.qpos[ACTUATED].reshape(2, 3),
+            rate=state.qvel[ACTUATED].reshape(2, 3),
+            contact=jnp.any(state.touching.reshape(2, 2), axis=1),
+            ankle_x=state.ankle_x,
+        )
+
+    def step(self, state: State, action: Action, terrain: Terrain) -> State:
+        """Returns the walker one physics step later; the trial's rules decide whether it is done."""
+        # The tree is placed at the origin: what it does there does not depend on where it is, and
+        # near the origin float32 is finer.
+        data = dynamics.forward(self.model, state.qpos.at[:2].set(0.0), state.qvel)
+        contacts, loads = self._contacts(state, data, terrain)
+        torque, inertia = self._joint_forces(state, action)
+        on_root = jnp.zeros(3)
+        qacc = dynamics.acceleration(
+            self.model,
+            data,
+            jnp.concatenate([on_root, torque]),
+            jnp.concatenate([on_root, inertia]),
+            loads,
+        )
+        qvel = state.qvel + self.timestep * qacc
+        qpos = state.qpos + self.timestep * qvel
+        applied = self._applied_torque(state, action, qvel)
+        touching = jnp.stack([contact.touching for contact in contacts])
+        ankles = jnp.stack([data.xpos[self.model.mujoco.body(foot).id, 0] for foot in FEET])
+        moved = state._replace(
+            qpos=qpos,
+            qvel=qvel,
+            stretch=jnp.stack([contact.stretch for contact in contacts]),
+            touching=touching,
+            ankle_x=ankles,
+            num_steps=state.num_steps + 1,
+            flight_time=jnp.where(touching.any(), 0.0, state.flight_time + self.timestep),
+            torque_cost=state.torque_cost + self.timestep * jnp.abs(applied).sum(),
+            work=state.work + self.timestep * jnp.abs(applied * qvel[ACTUATED]).sum(),
+        )
+        return self._judge(state, moved, terrain)
+
+    def _contacts(
+        self, state: State, data: Any, terrain: Terrain
+    ) -> tuple[list[ContactForce], dict[int, list[dynamics.PointLoad]]]:
+        """Returns the ground's force on heels and toes, and the same as loads on the feet."""
+        contacts: list[ContactForce] = []
+        loads: dict[int, list[dynamics.PointLoad]] = {}
+        model = self.model.mujoco
+        for index, name in enumerate(CONTACT_SITES):
+            site = model.site(name).id
+            body = int(model.site_bodyid[site])
+            point = data.site_xpos[site]
+            offset = dynamics.point_offset(data, point)
+            velocity = dynamics.point_velocity(data, body, offset)
+            ground = self.terrain.height(terrain, state.qpos[0] + point[0])
+            contact = self.contact.force(
+                ground - (state.qpos[1] + point[2]),
+                (velocity[0], velocity[2]),
+                state.stretch[index],
+                timestep=self.timestep,
+                implicit=self.integrator == "implicit",
+            )
+            force = jnp.stack([contact.tangential, jnp.zeros(()), contact.normal])
+            load = dynamics.PointLoad(offset, force, contact.added_mass)
+            contacts.append(contact)
+            loads.setdefault(body, []).append(load)
+        return contacts, loads
+
+    def _joint_forces(
+        self, state: State, action: Action
+    ) -> tuple[Float[Array, "6"], Float[Array, "6"]]:
+        """Returns the joints' torque, N m, and its implicit part as inertia, kg m^2."""
+        angle, rate = state.qpos[ACTUATED], state.qvel[ACTUATED]
+        implicit = self.integrator == "implicit"
+        lower, upper = self.model.mujoco.jnt_range[ACTUATED].astype(np.float32).T
+        stop = self.joint_stop.torque(
+            angle, rate, lower, upper, timestep=self.timestep, implicit=implicit
+        )
+        ahead = self.timestep * rate if implicit else 0.0
+        held = action.stiffness * (action.target - angle - ahead) - action.damping * rate
+        inertia = self.timestep * (action.damping + self.timestep * action.stiffness)
+        return (
+            action.torque + held + stop.torque,
+            (inertia if implicit else 0.0) + stop.added_inertia,
+        )
+
+    def _applied_torque(
+        self, state: State, action: Action, qvel: Float[Array, "9"]
+    ) -> Float[Array, "6"]:
+        """Returns what the motors gave over the step, N m; joint stops are no motors."""
+        rate = qvel[ACTUATED] if self.integrator == "implicit" else state.qvel[ACTUATED]
+        ahead = self.timestep * rate if self.integrator == "implicit" else 0.0
+        held = action.stiffness * (action.target - state.qpos[ACTUATED] - ahead)
+        return action.torque + held - action.damping * rate
+
+    def _judge(self, before: State, after: State, terrain: Terrain) -> State:
+        """Returns the state after the step with the trial's rules applied."""
+        # One comparison catches NaN, infinity and runaway speeds alike.
+        sound = jnp.sum(after.qvel**2) < MAX_SPEED**2
+        after = jax.tree.map(lambda new, old: jnp.where(sound, new, old), after, before)
+        height = after.qpos[1] - self.terrain.height(terrain, after.qpos[0])
+        fell = (
+            (height < self.min_hip_height)
+            | (jnp.abs(after.qpos[2]) > self.max_pitch)
+            | (after.flight_time > self.max_flight_time)
+        )
+        spent = after.torque_cost >= self.torque_budget
+        late = after.num_steps >= round(self.max_time / self.timestep)
+        fell = fell | ~sound
+        return after._replace(fell=fell, diverged=~sound, done=fell | spent | late)
+
+
+@functools.cache
+def _compile(torso: float, thigh: float, shank: float, foot: float) -> dynamics.Model:
+    spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
+    masses = {"torso": torso}
+    for leg in LEGS:
+        masses |= {f"thigh_{leg}": thigh, f"shank_{leg}": shank, f"foot_{leg}": foot}
+    for name, mass in masses.items():
+        body = spec.body(name)
+        body.inertia = np.array(body.inertia) * (mass / body.mass)
+        body.mass = mass
+    return dynamics.compile_model(spec)

@@ -1,0 +1,75 @@
+"""Terrain as data: rows of heights that walkers share, made by a seeded random walk."""
+
+import dataclasses
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from mjxwalk.envs import checks
+
+
+class Terrain(NamedTuple):
+    """The ground under one walker.
+
+    A population shares one table, so that no walker holds a copy of its row.
+
+    Attributes:
+      heights: m, one terrain a row, a node every `spacing` metres.
+      row: which terrain this walker walks on.
+    """
+
+    heights: Float[Array, "terrain node"]
+    row: Int[Array, ""]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class RandomWalk:
+    """Rough ground in the plane: a random walk of heights over equally spaced nodes.
+
+    Solomon et al. (2013), section 2.4: nodes 0.1 m apart, flat up to the toes, heights over a step
+    with a standard deviation of 5.4 % of leg length. Their recursion is lost; ours is
+    h[i+1] = h[i] +- roughness with equal probability, and a roughness of 0.02 m gives that figure.
+
+    Attributes:
+      roughness: step between neighbouring nodes, m.
+      spacing: between nodes, m.
+      flat_until: ground is at height zero up to here, m.
+      start: where the first node lies, m.
+      length: of the whole terrain, m; the ends go on level.
+    """
+
+    roughness: float = 0.02
+    spacing: float = 0.1  # section 2.4
+    flat_until: float = 0.4  # ours: the first node beyond the toes of the planar body at its start
+    start: float = -2.0  # ours: room for a fall backwards
+    length: float = 102.4  # ours: farther than any trial reaches
+
+    def __post_init__(self) -> None:
+        checks.not_negative(self, "roughness")
+        checks.positive(self, "spacing", "length")
+        if self.length < 2 * self.spacing:
+            raise ValueError(f"length must hold two nodes, got {self.length} m")
+
+    @property
+    def num_nodes(self) -> int:
+        """Nodes of one terrain."""
+        return round(self.length / self.spacing)
+
+    def sample(self, key: PRNGKeyArray, num: int) -> Float[Array, "terrain node"]:
+        """Returns the heights of `num` independent terrains, m."""
+        steps = jax.random.rademacher(key, (num, self.num_nodes), jnp.int32)
+        nodes = self.start + self.spacing * jnp.arange(self.num_nodes)
+        rough = nodes > self.flat_until + 0.5 * self.spacing
+        return self.roughness * jnp.cumsum(jnp.where(rough, steps, 0), axis=1).astype(jnp.float32)
+
+    def height(self, terrain: Terrain, x: Float[Array, ""]) -> Float[Array, ""]:
+        """Returns the ground's height at x by linear interpolation, m."""
+        last = self.num_nodes - 1
+        position = jnp.clip((x - self.start) / self.spacing, 0.0, last)
+        # The last interval also serves x beyond the end; NaN becomes node 0.
+        node = jnp.minimum(position.astype(jnp.int32), last - 1)
+        fraction = position - node
+        pair = jax.lax.dynamic_slice(terrain.heights, (terrain.row, node), (1, 2))[0]
+        return pair[0] + fraction * (pair[1] - pair[0])
