@@ -1,8 +1,8 @@
 """Rigid-body dynamics from MJX's pieces, with implicit forces in the mass matrix.
 
-MuJoCo's own contact and constraint solver stays off: the studies apply penalty forces, which need no
-data-dependent loop. A force that is taken linearly implicit enters in two parts, a known generalised
-force and an inertia that is added before the accelerations are solved for.
+MuJoCo's own contact and constraint solver stays off: the studies apply penalty forces, which need
+no data-dependent loop. A force that is taken linearly implicit enters in two parts, a known
+generalised force and an inertia that is added before the accelerations are solved for.
 """
 
 from typing import Any, NamedTuple

@@ -1,8 +1,8 @@
 """Linear reactive control: every joint's drive is a weighted sum of the walker's senses.
 
 Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
-walking over rough terrain", Adaptive Behavior 21(1), section 2.5 and Appendix B. Networks and inputs
-belong to roles (stance, swing), not to sides.
+walking over rough terrain", Adaptive Behavior 21(1), section 2.5 and Appendix B. Networks and
+inputs belong to roles (stance, swing), not to sides.
 """
 
 import dataclasses
@@ -81,8 +81,8 @@ class LinearReactive:
     """Six linear networks over sixteen inputs.
 
     Attributes:
-      links: "local" lets each network see its own angle, its rate and a bias only (LPD, 18 weights);
-        "all" lets it see every input (FIL, 96 weights).
+      links: "local" lets each network see its own angle, its rate and a bias only (LPD, 18
+        weights); "all" lets it see every input (FIL, 96 weights).
       output: "torque" makes the output the joint's torque, as in the plane; "angle" makes it a
         desired angle with stiffness and damping as genes, as in space.
       torque_scale: torque for an output of one, N m.
@@ -170,9 +170,9 @@ class LinearReactive:
         and inter-leg angle span several joints, so that the hips get plain torques.
         """
         assert weights.gains is not None  # for the type checker: template() sets them
-        stiffness = STIFFNESS * jnp.exp(weights.gains[:, 0])
-        damping = DAMPING * jnp.exp(weights.gains[:, 1])
-        target = TARGET_CENTRE + TARGET_SCALE * outputs
+        stiffness = jnp.exp(weights.gains[:, 0]) * STIFFNESS
+        damping = jnp.exp(weights.gains[:, 1]) * DAMPING
+        target = outputs * TARGET_SCALE + TARGET_CENTRE
         own = np.array([0, 2, 3, 4, 5, 6])
         drive = stiffness * (target - senses.angle[own]) - damping * senses.rate[own]
         torso, inter_leg = self._clip(drive[0]), self._clip(drive[1])
@@ -210,12 +210,10 @@ def stance_leg(observation: Observation, before: Bool[Array, ""]) -> Bool[Array,
 
 
 def sense(observation: Observation, left_stance: Bool[Array, ""]) -> Senses:
-    """Returns angles and rates by role; thigh to the vertical and inter-leg are positive forward."""
+    """Returns angles and rates by role; thighs are measured from the vertical, forward positive."""
     angle, rate = observation.angle, observation.rate
 
-    def by_role(
-        pitch: Float[Array, ""], joints: Float[Array, "2 3"]
-    ) -> Float[Array, "7"]:
+    def by_role(pitch: Float[Array, ""], joints: Float[Array, "2 3"]) -> Float[Array, "7"]:
         stance = jnp.where(left_stance, joints[0], joints[1])
         swing = jnp.where(left_stance, joints[1], joints[0])
         thigh, inter_leg = stance[0] - pitch, swing[0] - stance[0]

@@ -1,0 +1,50 @@
+"""Which engine runs, and why; and what has to be set before JAX starts."""
+
+import contextlib
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+
+ENGINES = ("auto", "mjx")
+
+
+class Choice(NamedTuple):
+    """An engine and the reason for it, in words."""
+
+    name: str
+    why: str
+
+
+def prepare() -> None:
+    """Readies JAX for the engines; without effect once JAX has devices.
+
+    Every CPU core becomes a device of its own, since XLA runs a batch of small operations on one
+    core only, and what XLA has compiled is kept on disk.
+    """
+    with contextlib.suppress(RuntimeError):
+        jax.config.update("jax_num_cpu_devices", num_cores())
+    if jax.config.values["jax_compilation_cache_dir"] is None:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        jax.config.update("jax_compilation_cache_dir", str(Path(home) / "mjxwalk" / "xla"))
+
+
+def num_cores() -> int:
+    """Returns the number of CPU cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def choose(name: str) -> Choice:
+    """Returns the engine that a name stands for.
+
+    Raises:
+      ValueError: there is no such engine.
+    """
+    if name not in ENGINES:
+        raise ValueError(f"engine must be one of {', '.join(ENGINES)}, got {name!r}")
+    if name == "auto":
+        return Choice("mjx", "runs on every device that JAX sees")
+    return Choice(name, "asked for")

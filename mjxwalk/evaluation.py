@@ -1,0 +1,64 @@
+"""Evaluates populations: every genotype on every terrain, by an engine."""
+
+from typing import Any, Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from mjxwalk import engines
+from mjxwalk.engines import mjx
+from mjxwalk.envs import Terrain
+from mjxwalk.rollout import Outcome
+
+
+class Task(Protocol):
+    """What can be evaluated: an experiment, or the least part of one."""
+
+    def rollout(self, genotype: Any, terrain: Terrain) -> Outcome:
+        """Returns what one walker does on one terrain."""
+        ...
+
+
+class Evaluator:
+    """Runs a task's rollout for populations.
+
+    Attributes:
+      engine: name of the engine that runs.
+      why: why this engine, in words.
+      devices: what it runs on, in words.
+    """
+
+    def __init__(self, task: Task, engine: str) -> None:
+        self.engine, self.why = engines.choose(engine)
+        self.devices = f"{len(jax.devices())} x {jax.devices()[0].device_kind}"
+        self._run = mjx.vmap(task.rollout, in_axes=(0, Terrain(None, 0)))  # type: ignore[arg-type]
+
+    @property
+    def compile_s(self) -> float:
+        """Seconds spent compiling so far."""
+        return self._run.compile_s
+
+    def evaluate(self, population: Any, heights: Float[Array, "terrain node"]) -> Outcome:
+        """Returns the outcomes as numpy arrays [pop, terrain].
+
+        Args:
+          population: genotypes, leaves [pop, ...].
+          heights: one terrain a row, m.
+        """
+        num_terrains = heights.shape[0]
+        repeated = jax.tree.map(lambda w: np.repeat(np.asarray(w), num_terrains, 0), population)
+        size = jax.tree.leaves(repeated)[0].shape[0]
+        rows = jnp.arange(size, dtype=jnp.int32) % num_terrains
+        outcome = self._run(repeated, Terrain(heights, rows))
+        return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, num_terrains), outcome)
+
+
+def make_evaluator(task: Task, engine: str) -> Evaluator:
+    """Returns an evaluator of the task by the named engine.
+
+    Raises:
+      ValueError: there is no such engine.
+    """
+    return Evaluator(task, engine)
