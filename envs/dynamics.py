@@ -114,7 +114,7 @@ def _point_inertia(load: PointLoad) -> Float[Array, "10"]:
     return load.mass * jnp.stack([xx, yy, zz, -x * y, -x * z, -y * z, x, y, z, one])
 
 
-def _moves(model: Model, body: int) -> np.ndarray[Any, Any]:
+def _moves(model: Model, body: int) -> Float[np.ndarray, " nv"]:
     """Returns 1 for each degree of freedom that moves the body, else 0."""
     m = model.mujoco
     moves = np.zeros(m.nv, np.float32)

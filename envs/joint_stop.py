@@ -4,6 +4,7 @@ import dataclasses
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from mjxwalk.envs import checks
@@ -43,8 +44,8 @@ class JointStop:
         self,
         angle: Float[Array, " joint"],
         rate: Float[Array, " joint"],
-        lower: Float[Array, " joint"],
-        upper: Float[Array, " joint"],
+        lower: Float[np.ndarray, " joint"],
+        upper: Float[np.ndarray, " joint"],
         *,
         timestep: float,
         implicit: bool,

@@ -141,7 +141,7 @@ class LinearReactive:
         by_side = Action(*(_by_side(joints, left_stance) for joints in by_role))
         return Memory(left_stance), by_side
 
-    def _links(self) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+    def _links(self) -> Bool[np.ndarray, "6 16"]:
         return local_links() if self.links == "local" else np.ones_like(local_links())
 
     def _blended(self, weights: Weights, time: Float[Array, ""]) -> Float[Array, "6 16"]:
@@ -189,7 +189,7 @@ class LinearReactive:
         return jnp.clip(torque, -self.torque_limit, self.torque_limit)
 
 
-def local_links() -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+def local_links() -> Bool[np.ndarray, "6 16"]:
     """Returns the links of LPD: each network's own angle, own rate and bias, [network, input]."""
     links = np.zeros((len(NETWORKS), len(INPUTS)), bool)
     for row, network in enumerate(NETWORKS):
