@@ -26,7 +26,7 @@ class StopTorque(NamedTuple):
 class JointStop:
     """Stiff spring and damper that act beyond the range only, and only inwards.
 
-    Solomon et al. (2013), section 2.3: hand-tuned gains, typically under a degree of overshoot.
+    Solomon et al. (2013), section 2.1: hand-tuned gains, typically under a degree of overshoot.
 
     Attributes:
       stiffness: N m/rad.

@@ -2,7 +2,7 @@
 
 Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
 walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/1059712312462904, sections 2.1 to
-2.4. Nine degrees of freedom: the hip's x and z, the upper body's pitch, and hip, knee and ankle of
+2.3. Nine degrees of freedom: the hip's x and z, the upper body's pitch, and hip, knee and ankle of
 each leg. Flexion, dorsiflexion and forward lean are positive. The body is in `planar7.xml`.
 """
 
@@ -141,9 +141,9 @@ class Planar7:
     timestep: float = 0.001  # ours: the paper's 0.0002 s is for the explicit integrator
     integrator: Literal["implicit", "explicit"] = "implicit"
     start_hip_angle: float = 0.15  # ours: staggered feet bootstrap, side by side they lunge
-    min_hip_height: float = 0.78  # ours: the paper's rule is lost; lower lets crouchers win
+    min_hip_height: float = 0.78  # ours: the paper gives no rule; a lower one lets crouchers win
     max_pitch: float = 1.0  # ours: as above
-    max_flight_time: float = 0.002  # flight is a fall, section 2.6; ours: bounces are shorter
+    max_flight_time: float = 0.002  # flight is a fall, section 2.4; ours: bounces are shorter
     torque_budget: float = 28_000.0  # ours: the 3D budget scaled by weight and leg length, times 3
     max_time: float = 30.0  # ours: standing still costs little torque
 

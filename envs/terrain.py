@@ -28,7 +28,7 @@ class Terrain(NamedTuple):
 class RandomWalk:
     """Rough ground in the plane: a random walk of heights over equally spaced nodes.
 
-    Solomon et al. (2013), section 2.4: nodes 0.1 m apart, flat up to the toes, heights over a step
+    Solomon et al. (2013), section 2.2: nodes 0.1 m apart, flat up to the toes, heights over a step
     with a standard deviation of 5.4 % of leg length. Their recursion is lost; ours is
     h[i+1] = h[i] +- roughness with equal probability, and a roughness of 0.02 m gives that figure.
 
@@ -41,7 +41,7 @@ class RandomWalk:
     """
 
     roughness: float = 0.02
-    spacing: float = 0.1  # section 2.4
+    spacing: float = 0.1  # section 2.2
     flat_until: float = 0.4  # ours: the first node beyond the toes of the planar body at its start
     start: float = -2.0  # ours: room for a fall backwards
     length: float = 102.4  # ours: farther than any trial reaches

@@ -1,6 +1,6 @@
 """Evaluates populations: every genotype on every terrain, by an engine."""
 
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +13,7 @@ from mjxwalk.envs import Terrain
 from mjxwalk.rollout import Outcome
 
 
+@runtime_checkable
 class Task(Protocol):
     """What can be evaluated: an experiment, or the least part of one."""
 

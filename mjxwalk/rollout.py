@@ -36,7 +36,7 @@ class Outcome(NamedTuple):
 def rollout(env: Planar7, controller: LinearReactive, genotype: Any, terrain: Terrain) -> Outcome:
     """Returns how far one walker gets before it falls or has spent its budget.
 
-    Solomon et al. (2013), section 2.6: fitness is the distance that a walker travels until then.
+    Solomon et al. (2013), section 2.7.2: fitness is the distance that a walker travels until then.
     """
 
     def walking(carry: tuple[Any, Any]) -> Bool[Array, ""]:

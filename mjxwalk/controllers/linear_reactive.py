@@ -1,7 +1,7 @@
 """Linear reactive control: every joint's drive is a weighted sum of the walker's senses.
 
 Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
-walking over rough terrain", Adaptive Behavior 21(1), section 2.5 and Appendix B. Networks and
+walking over rough terrain", Adaptive Behavior 21(1), sections 2.4 to 2.6 and Appendix B. Networks and
 inputs belong to roles (stance, swing), not to sides.
 """
 
@@ -199,7 +199,7 @@ def local_links() -> Bool[np.ndarray, "6 16"]:
 
 
 def stance_leg(observation: Observation, before: Bool[Array, ""]) -> Bool[Array, ""]:
-    """Returns whether the left leg is the stance leg (section 2.5.1).
+    """Returns whether the left leg is the stance leg (section 2.4).
 
     The leg on the ground is; of two, the trailing one, which so keeps its push-off; in flight, the
     one that was.

@@ -19,7 +19,7 @@ PLANAR_LPD = Experiment(
     strategy=StrategyChoice(
         name="self-adaptive-ga",
         options={
-            "sigma": 0.05,  # section 2.6
+            "sigma": 0.05,  # section 2.7.3
             "initial_sigma": 0.3,  # ours: the paper's is lost; walkers of smaller ones stand still
         },
     ),
