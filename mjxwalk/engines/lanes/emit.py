@@ -1,0 +1,353 @@
+"""LLVM IR for one node at a time: every scalar a vector, one lane a walker.
+
+Floating point has XLA's meaning: comparisons with NaN fail (`ne` holds), `max` and `min` pass NaN
+on, conversion to an integer clamps and sends NaN to zero. No operation traps or is undefined:
+divisors and shifts are guarded. `contract` lets a product and a sum fuse, `nsz` ignores the sign
+of zeros; no other liberty is taken.
+"""
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from mjxwalk.engines.lanes.graph import Graph, Node
+from mjxwalk.engines.lanes.scalars import is_float, is_signed
+
+FLAGS = "contract nsz"
+SCALAR = {"float32": "float", "float64": "double", "bool": "i1"}
+
+
+def scalar_type(dtype: str) -> str:
+    """Returns LLVM's name of a scalar type."""
+    return SCALAR.get(dtype) or f"i{np.dtype(dtype).itemsize * 8}"
+
+
+def memory_type(dtype: str) -> str:
+    """Returns LLVM's name of a scalar type in memory, where a boolean is a byte."""
+    return "i8" if dtype == "bool" else scalar_type(dtype)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Target:
+    """What the code is generated for.
+
+    Attributes:
+      width: lanes of a vector.
+      processor: LLVM's name of the architecture.
+      cpu, features: LLVM's names of the model and of what it can do.
+      estimates: whether it has 14-bit estimates of 1/x and 1/sqrt(x) for this many floats.
+    """
+
+    width: int
+    processor: str
+    cpu: str
+    features: str
+    estimates: bool
+
+
+class Code:
+    """Lines of one function, and the names of the values that exist where they end."""
+
+    def __init__(self, graph: Graph, target: Target) -> None:
+        self.graph = graph
+        self.target = target
+        self.width = target.width
+        self.lines: list[str] = []
+        self.values: dict[int, str] = {}
+        self.declared: set[str] = set()
+        self.block = "entry"
+        self._names: Iterator[int] = iter(range(1 << 30))
+
+    def vector(self, dtype: str) -> str:
+        """Returns LLVM's name of the vector type of a scalar type."""
+        return f"<{self.width} x {scalar_type(dtype)}>"
+
+    def let(self, expression: str) -> str:
+        """Adds an instruction with a result; returns the result's name."""
+        name = f"%v{next(self._names)}"
+        self.lines.append(f"  {name} = {expression}")
+        return name
+
+    def do(self, instruction: str) -> None:
+        """Adds an instruction without a result."""
+        self.lines.append(f"  {instruction}")
+
+    def label(self, name: str) -> None:
+        """Starts a block."""
+        self.lines.append(f"{name}:")
+        self.block = name
+
+    def fresh(self, stem: str) -> str:
+        """Returns a name for a block that no other has."""
+        return f"{stem}{next(self._names)}"
+
+    def call(self, function: str, result: str, *args: tuple[str, str], flags: str = "") -> str:
+        """Adds a call of an intrinsic; args are (type, value)."""
+        self.declared.add(f"declare {result} @{function}({', '.join(t for t, _ in args)})")
+        given = ", ".join(f"{t} {v}" for t, v in args)
+        return self.let(f"call {flags} {result} @{function}({given})".replace("  ", " "))
+
+    def intrinsic(self, name: str, dtype: str, *args: str) -> str:
+        """Adds an LLVM intrinsic of vectors of one type."""
+        vector = self.vector(dtype)
+        suffix = f"v{self.width}{_short(dtype)}"
+        flags = FLAGS if is_float(dtype) else ""
+        return self.call(f"llvm.{name}.{suffix}", vector, *((vector, a) for a in args), flags=flags)
+
+    def splat(self, value: Any, dtype: str) -> str:
+        """Returns a vector constant."""
+        return f"splat ({scalar_type(dtype)} {literal(np.asarray(value).astype(dtype)[()])})"
+
+    def value(self, node_id: int) -> str:
+        """Returns the name of a node's value, or the constant."""
+        known = self.graph.value(node_id)
+        if known is not None:
+            return self.splat(known, known.dtype.name)
+        if node_id not in self.values:
+            self.values[node_id] = self.fetch(node_id)
+        return self.values[node_id]
+
+    def fetch(self, node_id: int) -> str:
+        """Returns the name of a value that was computed elsewhere."""
+        raise KeyError(node_id)
+
+    def select(self, predicate: str, on_true: str, on_false: str, dtype: str) -> str:
+        """Adds a choice, lane by lane."""
+        vector = self.vector(dtype)
+        mask = self.vector("bool")
+        return self.let(f"select {mask} {predicate}, {vector} {on_true}, {vector} {on_false}")
+
+    def compute(self, node_id: int) -> None:
+        """Adds a node's instructions."""
+        node = self.graph.nodes[node_id]
+        operand = node.args[0] if node.op != "select" else node.args[1]
+        dtype = self.graph.nodes[operand].dtype
+        args = [self.value(arg) for arg in node.args]
+        self.values[node_id] = OPERATIONS[node.op](self, node, dtype, *args)
+
+
+def _short(dtype: str) -> str:
+    return {"float32": "f32", "float64": "f64"}.get(dtype) or scalar_type(dtype)
+
+
+def literal(value: np.generic) -> str:
+    """Returns LLVM's text of a number."""
+    dtype = value.dtype.name
+    if is_float(dtype):  # LLVM writes every float with the bits of the double of equal value
+        with np.errstate(invalid="ignore"):
+            bits = np.asarray(value).astype(np.float64).view(np.uint64)
+        return f"0x{int(bits):016X}"
+    if dtype == "bool":
+        return "true" if value else "false"
+    return str(int(value.item()))
+
+
+Operation = Callable[..., str]
+
+
+def _binary(floats: str, signed: str, unsigned: str | None = None) -> Operation:
+    def emit(c: Code, node: Node, dtype: str, x: str, y: str) -> str:
+        if is_float(dtype):
+            name = f"{floats} {FLAGS}"
+        else:
+            name = signed if unsigned is None or is_signed(dtype) else unsigned
+        return c.let(f"{name} {c.vector(dtype)} {x}, {y}")
+
+    return emit
+
+
+def _intrinsic(name: str) -> Operation:
+    def emit(c: Code, node: Node, dtype: str, *args: str) -> str:
+        return c.intrinsic(name, dtype, *args)
+
+    return emit
+
+
+def _comparison(floats: str, signed: str, unsigned: str) -> Operation:
+    def emit(c: Code, node: Node, dtype: str, x: str, y: str) -> str:
+        if is_float(dtype):
+            return c.let(f"fcmp {floats} {c.vector(dtype)} {x}, {y}")
+        return c.let(f"icmp {signed if is_signed(dtype) else unsigned} {c.vector(dtype)} {x}, {y}")
+
+    return emit
+
+
+def _extreme(op: str) -> Operation:
+    """The larger (smaller), and NaN if either is: x86 returns the second operand on NaN."""
+    order = "ogt" if op == "max" else "olt"
+
+    def emit(c: Code, node: Node, dtype: str, x: str, y: str) -> str:
+        if not is_float(dtype):
+            return c.intrinsic(("s" if is_signed(dtype) else "u") + op, dtype, x, y)
+        if c.graph.value(node.args[1]) is not None:
+            x, y = y, x
+        held = c.let(f"fcmp {order} {c.vector(dtype)} {x}, {y}")
+        best = c.select(held, x, y, dtype)
+        known = c.graph.value(min(node.args, key=lambda n: c.graph.value(n) is None))
+        if known is not None and not np.isnan(known):
+            return best
+        unordered = c.let(f"fcmp uno {c.vector(dtype)} {x}, {x}")
+        return c.select(unordered, x, best, dtype)
+
+    return emit
+
+
+def _negation(c: Code, node: Node, dtype: str, x: str) -> str:
+    if is_float(dtype):
+        return c.let(f"fneg {c.vector(dtype)} {x}")
+    return c.let(f"sub {c.vector(dtype)} zeroinitializer, {x}")
+
+
+def _absolute(c: Code, node: Node, dtype: str, x: str) -> str:
+    if is_float(dtype):
+        return c.intrinsic("fabs", dtype, x)
+    negative = c.let(f"icmp slt {c.vector(dtype)} {x}, zeroinitializer")
+    return c.select(negative, _negation(c, node, dtype, x), x, dtype)
+
+
+def _invert(c: Code, node: Node, dtype: str, x: str) -> str:
+    return c.let(f"xor {c.vector(dtype)} {x}, {c.splat(True if dtype == 'bool' else -1, dtype)}")
+
+
+def _quotient(op: str) -> Operation:
+    """Division that never traps: by zero it gives all ones (remainder: x), as XLA's does."""
+
+    def emit(c: Code, node: Node, dtype: str, x: str, y: str) -> str:
+        vector = c.vector(dtype)
+        if is_float(dtype):
+            return c.let(f"f{op} {FLAGS} {vector} {x}, {y}")
+        zero = c.let(f"icmp eq {vector} {y}, zeroinitializer")
+        bad = zero
+        if is_signed(dtype):
+            lowest = c.let(f"icmp eq {vector} {x}, {c.splat(np.iinfo(dtype).min, dtype)}")
+            minus = c.let(f"icmp eq {vector} {y}, {c.splat(-1, dtype)}")
+            overflow = c.let(f"and {c.vector('bool')} {lowest}, {minus}")
+            bad = c.let(f"or {c.vector('bool')} {zero}, {overflow}")
+        safe = c.select(bad, c.splat(1, dtype), y, dtype)
+        result = c.let(f"{'s' if is_signed(dtype) else 'u'}{op} {vector} {x}, {safe}")
+        ones = c.splat(-1 if is_signed(dtype) else np.iinfo(dtype).max, dtype)
+        return c.select(zero, ones if op == "div" else x, result, dtype)
+
+    return emit
+
+
+def _shift(op: str) -> Operation:
+    """Shifts of which one by all bits or more leaves nothing but the sign of `ashr`."""
+
+    def emit(c: Code, node: Node, dtype: str, x: str, y: str) -> str:
+        vector = c.vector(dtype)
+        last = np.dtype(dtype).itemsize * 8 - 1
+        known = c.graph.value(node.args[1])
+        if known is not None and 0 <= int(known.item()) <= last:
+            return c.let(f"{op} {vector} {x}, {y}")
+        inside = c.let(f"icmp ule {vector} {y}, {c.splat(last, dtype)}")
+        distance = c.select(inside, y, c.splat(last, dtype), dtype)
+        moved = c.let(f"{op} {vector} {x}, {distance}")
+        return moved if op == "ashr" else c.select(inside, moved, "zeroinitializer", dtype)
+
+    return emit
+
+
+def _select(c: Code, node: Node, dtype: str, predicate: str, x: str, y: str) -> str:
+    return c.select(predicate, x, y, node.dtype)
+
+
+def _convert(c: Code, node: Node, dtype: str, x: str) -> str:
+    source, target = c.vector(dtype), c.vector(node.dtype)
+    if dtype == "bool":
+        one = c.splat(1, node.dtype)
+        return c.select(x, one, c.splat(0, node.dtype), node.dtype)
+    if is_float(dtype) and not is_float(node.dtype):
+        kind = "s" if is_signed(node.dtype) else "u"
+        lanes = c.width
+        name = f"llvm.fpto{kind}i.sat.v{lanes}{_short(node.dtype)}.v{lanes}{_short(dtype)}"
+        return c.call(name, target, (source, x))
+    if is_float(node.dtype) and not is_float(dtype):
+        return c.let(f"{'s' if is_signed(dtype) else 'u'}itofp {source} {x} to {target}")
+    before, after = np.dtype(dtype).itemsize, np.dtype(node.dtype).itemsize
+    if before == after:
+        return x
+    if is_float(dtype):
+        return c.let(f"{'fpext' if after > before else 'fptrunc'} {source} {x} to {target}")
+    widen = "sext" if is_signed(dtype) else "zext"
+    return c.let(f"{widen if after > before else 'trunc'} {source} {x} to {target}")
+
+
+def _bitcast(c: Code, node: Node, dtype: str, x: str) -> str:
+    return c.let(f"bitcast {c.vector(dtype)} {x} to {c.vector(node.dtype)}")
+
+
+def _refined(c: Code, x: str, name: str, refine: Callable[[str], tuple[str, str]]) -> str:
+    """A 14-bit estimate and one Newton step, except where the step is NaN: at 0 and infinity."""
+    vector = c.vector("float32")
+    estimate = c.call(
+        f"llvm.x86.avx512.{name}14.ps.512", vector, (vector, x), (vector, "zeroinitializer"),
+        ("i16", "-1"),
+    )  # fmt: skip
+    error, better = refine(estimate)
+    ordered = c.let(f"fcmp ord {vector} {error}, zeroinitializer")
+    return c.select(ordered, better, estimate, "float32")
+
+
+def _reciprocal(c: Code, node: Node, dtype: str, x: str) -> str:
+    vector, one = c.vector(dtype), c.splat(1, dtype)
+    if not (c.target.estimates and dtype == "float32"):
+        return c.let(f"fdiv {FLAGS} {vector} {one}, {x}")
+
+    def refine(r: str) -> tuple[str, str]:
+        minus = c.let(f"fneg {vector} {x}")
+        error = c.intrinsic("fma", dtype, minus, r, one)
+        return error, c.intrinsic("fma", dtype, error, r, r)
+
+    return _refined(c, x, "rcp", refine)
+
+
+def _reciprocal_root(c: Code, node: Node, dtype: str, x: str) -> str:
+    vector, one = c.vector(dtype), c.splat(1, dtype)
+    if not (c.target.estimates and dtype == "float32"):
+        return c.let(f"fdiv {FLAGS} {vector} {one}, {c.intrinsic('sqrt', dtype, x)}")
+
+    def refine(r: str) -> tuple[str, str]:  # r (1 + (1 - x r r) / 2)
+        product = c.let(f"fmul {vector} {x}, {r}")
+        minus = c.let(f"fneg {vector} {product}")
+        error = c.intrinsic("fma", dtype, minus, r, one)
+        half = c.let(f"fmul {vector} {r}, {c.splat(0.5, dtype)}")
+        return error, c.intrinsic("fma", dtype, error, half, r)
+
+    return _refined(c, x, "rsqrt", refine)
+
+
+OPERATIONS: dict[str, Operation] = {
+    "add": _binary("fadd", "add"),
+    "sub": _binary("fsub", "sub"),
+    "mul": _binary("fmul", "mul"),
+    "and": _binary("", "and"),
+    "or": _binary("", "or"),
+    "xor": _binary("", "xor"),
+    "div": _quotient("div"),
+    "rem": _quotient("rem"),
+    "max": _extreme("max"),
+    "min": _extreme("min"),
+    "lt": _comparison("olt", "slt", "ult"),
+    "le": _comparison("ole", "sle", "ule"),
+    "eq": _comparison("oeq", "eq", "eq"),
+    "ne": _comparison("une", "ne", "ne"),
+    "shl": _shift("shl"),
+    "shr": _shift("lshr"),
+    "sar": _shift("ashr"),
+    "sqrt": _intrinsic("sqrt"),
+    "floor": _intrinsic("floor"),
+    "ceil": _intrinsic("ceil"),
+    "rint": _intrinsic("rint"),
+    "fma": _intrinsic("fma"),
+    "neg": _negation,
+    "abs": _absolute,
+    "not": _invert,
+    "select": _select,
+    "convert": _convert,
+    "bitcast": _bitcast,
+    "recip": _reciprocal,
+    "rsqrt": _reciprocal_root,
+}

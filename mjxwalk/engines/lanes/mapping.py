@@ -1,0 +1,148 @@
+"""`vmap`: the public face of the compiler."""
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import numpy as np
+
+from mjxwalk.engines.lanes import running
+from mjxwalk.engines.lanes.compiling import Abstract, Compiled, compiled
+from mjxwalk.engines.lanes.graph import Array
+from mjxwalk.engines.lanes.target import host
+
+
+def vmap(
+    function: Callable[..., Any],
+    in_axes: Any = 0,
+    *,
+    width: int | None = None,
+    threads: int | None = None,
+) -> "Mapped":
+    """Returns what `jax.jit(jax.vmap(function, in_axes))` is, compiled for the host CPU's vectors.
+
+    Results are numpy arrays. An argument whose axis is None is shared by all walkers: it is read
+    where it lies, never copied. Inside `jax.jit` the call becomes a callback.
+
+    Args:
+      function: works on one walker; a pure function of small arrays.
+      in_axes: as `jax.vmap` takes it; keyword arguments are mapped along their first axis.
+      width: lanes of a vector; None takes MJXWALK_LANES_WIDTH, or what the CPU is best at.
+      threads: None takes MJXWALK_LANES_THREADS, or all CPUs that the process may use.
+
+    Raises:
+      CannotCompileError: when called, if the function uses what the engine cannot compile.
+      ValueError: width is not one of 4, 8 and 16, or threads is below 1; when called, mapped axes
+        differ in size or there is none.
+    """
+    return Mapped(function, in_axes, width=width, threads=threads)
+
+
+class Mapped:
+    """A function compiled for many walkers; it compiles anew for every new shape of arguments.
+
+    Attributes:
+      compiled: the kernel of the latest call, with its target, operations a step, and seconds.
+      threads: how many threads run it.
+      utilisation: of the latest call, the share of lane-iterations that had a walker.
+    """
+
+    def __init__(
+        self, function: Callable[..., Any], in_axes: Any, *, width: int | None, threads: int | None
+    ) -> None:
+        functools.update_wrapper(self, function, updated=())
+        self.threads = running.threads(threads)
+        self.compiled: Compiled | None = None
+        self.utilisation = 1.0
+        self._function = function
+        self._in_axes = tuple(in_axes) if isinstance(in_axes, list) else in_axes
+        self._target = host(width)
+        self._kernels: dict[Any, Compiled] = {}
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """Returns the function of every walker, as a tree of numpy arrays with a leading axis."""
+        leaves, tree = jax.tree.flatten((args, kwargs))
+        axes = self._axes(args, kwargs)
+        if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
+            return self._inside_jit(leaves, tree, axes)
+        arrays = [_array(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True)]
+        kernel = self._kernel(leaves, tree, axes)
+        return self._run(kernel, arrays, _count(leaves, axes))
+
+    def compile(self, *args: Any, **kwargs: Any) -> Compiled:
+        """Compiles for arguments of these shapes without running; anything with a shape serves."""
+        leaves, tree = jax.tree.flatten((args, kwargs))
+        return self._kernel(leaves, tree, self._axes(args, kwargs))
+
+    def _axes(self, args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[int | None]:
+        """Returns the mapped axis of every leaf."""
+        axes = self._in_axes
+        if isinstance(axes, tuple) and len(axes) != len(args):
+            raise ValueError(f"in_axes has {len(axes)} entries for {len(args)} arguments")
+        prefix = (axes, {name: 0 for name in kwargs})
+        if not isinstance(axes, tuple):
+            prefix = (tuple(axes for _ in args), prefix[1])
+        spread = jax.tree.broadcast(prefix, (args, kwargs), is_leaf=lambda x: x is None)
+        return jax.tree.leaves(spread, is_leaf=lambda x: x is None)
+
+    def _kernel(self, leaves: list[Any], tree: Any, axes: list[int | None]) -> Compiled:
+        abstracts = tuple(_abstract(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True))
+        key = (abstracts, tree)
+        if key not in self._kernels:
+            self._kernels[key] = compiled(self._function, tree, abstracts, self._target)
+        self.compiled = self._kernels[key]
+        return self.compiled
+
+    def _run(self, kernel: Compiled, arrays: list[Array], count: int) -> Any:
+        outputs = [
+            np.empty((count, *shape), dtype)
+            for shape, dtype in zip(kernel.output_shapes, kernel.output_dtypes, strict=True)
+        ]
+        workers = max(1, min(self.threads, -(-count // kernel.target.width)))
+        self.utilisation = running.run(
+            kernel.loaded, kernel.workspace, arrays, outputs, count, workers
+        )
+        return jax.tree.unflatten(kernel.output_tree, outputs)
+
+    def _inside_jit(self, leaves: list[Any], tree: Any, axes: list[int | None]) -> Any:
+        kernel = self._kernel(leaves, tree, axes)
+        count = _count(leaves, axes)
+        shapes = [
+            jax.ShapeDtypeStruct((count, *shape), np.dtype(dtype))
+            for shape, dtype in zip(kernel.output_shapes, kernel.output_dtypes, strict=True)
+        ]
+
+        def run(*values: Any) -> Any:
+            arrays = [_array(value, axis) for value, axis in zip(values, axes, strict=True)]
+            return jax.tree.leaves(self._run(kernel, arrays, count))
+
+        outputs = jax.pure_callback(run, shapes, *leaves, vmap_method="sequential")
+        return jax.tree.unflatten(kernel.output_tree, outputs)
+
+
+def _abstract(leaf: Any, axis: int | None) -> Abstract:
+    aval = jax.typeof(leaf) if not isinstance(leaf, jax.ShapeDtypeStruct) else leaf
+    shape = tuple(aval.shape)
+    if axis is not None:
+        place = range(len(shape))[axis]
+        shape = shape[:place] + shape[place + 1 :]
+    dtype = jax.dtypes.canonicalize_dtype(aval.dtype).name
+    return Abstract(shape, dtype, bool(getattr(aval, "weak_type", False)), axis is None)
+
+
+def _array(leaf: Any, axis: int | None) -> Array:
+    """Returns an argument as contiguous memory, the walkers' axis first."""
+    array = np.asarray(leaf)
+    if axis is not None:
+        array = np.moveaxis(array, axis, 0)
+    return np.ascontiguousarray(array, jax.dtypes.canonicalize_dtype(array.dtype))
+
+
+def _count(leaves: list[Any], axes: list[int | None]) -> int:
+    """Returns how many walkers there are."""
+    mapped = [(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True) if axis is not None]
+    sizes = {np.shape(leaf)[axis] for leaf, axis in mapped}
+    if len(sizes) != 1:
+        raise ValueError(f"mapped axes must all have one size, got {sorted(sizes) or 'none'}")
+    return sizes.pop()

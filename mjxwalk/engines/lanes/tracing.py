@@ -1,0 +1,191 @@
+"""From a jaxpr to the scalar graph: an interpreter whose numbers are nodes.
+
+An array whose numbers are known while tracing stays a numpy array (`Known`); most of a model is
+that, and all of it folds away. Any other is an array of node ids (`Nodes`), so that every
+operation that only moves numbers about is numpy's own, applied to the ids. What each primitive
+does stands in tables, one room each: `moving`, `elementwise`, `indexing`, `summing`, `control`.
+"""
+
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from mjxwalk.engines.lanes.errors import CannotCompileError
+from mjxwalk.engines.lanes.graph import OUTSIDE, Array, Graph
+from mjxwalk.engines.lanes.scalars import evaluate
+from mjxwalk.engines.lanes.simplify import Builder
+
+# Elements of inputs are numbered from here: argument * ARGUMENT + place, so that a table of a
+# million entries costs no nodes, and rows of it are recognised by their consecutive numbers.
+ARGUMENT = 1 << 40
+
+Equation = Any  # jax.extend.core.JaxprEqn; its parts are untyped, and read in this package only
+Jaxpr = Any
+
+
+@dataclasses.dataclass(frozen=True)
+class Known:
+    """An array of numbers known while tracing."""
+
+    array: Array
+
+    @property
+    def dtype(self) -> str:
+        """The type of the numbers."""
+        return self.array.dtype.name
+
+
+@dataclasses.dataclass(frozen=True)
+class Nodes:
+    """An array of numbers that each walker computes: ids of nodes, all of one type."""
+
+    array: Array
+    dtype: str
+
+
+Value = Known | Nodes
+Handler = Callable[["Tracer", dict[str, Any], list[Value], Equation], list[Value]]
+
+
+class Tracer:
+    """Interprets jaxprs into one graph.
+
+    Attributes:
+      region: the loop that is being traced.
+      guard: node of the condition under which the traced code matters to a walker, or None.
+    """
+
+    def __init__(self, handlers: dict[str, Handler]) -> None:
+        self.build = Builder(Graph())
+        self.region = OUTSIDE
+        self.guard: int | None = None
+        self._handlers = handlers
+
+    @property
+    def graph(self) -> Graph:
+        """The graph that grows."""
+        return self.build.graph
+
+    def run(self, jaxpr: Jaxpr, consts: Sequence[Any], args: Sequence[Value]) -> list[Value]:
+        """Returns the outputs of a jaxpr for these values of its inputs."""
+        values: dict[Any, Value] = {}
+        values.update(zip(jaxpr.constvars, map(self.known, consts), strict=True))
+        values.update(zip(jaxpr.invars, args, strict=True))
+
+        def read(atom: Any) -> Value:
+            if hasattr(atom, "val"):  # a literal, whose value may be a plain Python number
+                return Known(np.asarray(atom.val, atom.aval.dtype))
+            return values[atom]
+
+        for equation in jaxpr.eqns:
+            outputs = self._equation(equation, [read(atom) for atom in equation.invars])
+            values.update(zip(equation.outvars, outputs, strict=True))
+        return [read(atom) for atom in jaxpr.outvars]
+
+    def call(self, closed: Jaxpr, args: Sequence[Value]) -> list[Value]:
+        """Returns the outputs of a jaxpr that carries its own constants."""
+        if hasattr(closed, "consts"):
+            return self.run(closed.jaxpr, closed.consts, args)
+        return self.run(closed, (), args)
+
+    def _equation(self, equation: Equation, inputs: list[Value]) -> list[Value]:
+        name = equation.primitive.name
+        handler = self._handlers.get(name)
+        try:
+            if handler is not None:
+                return handler(self, equation.params, inputs, equation)
+            if all(isinstance(value, Known) for value in inputs):
+                return self._eagerly(equation, inputs)
+        except Refusal as refusal:
+            raise refused(equation, str(refusal)) from None
+        raise refused(equation, "is not known to it")
+
+    def _eagerly(self, equation: Equation, inputs: list[Value]) -> list[Value]:
+        """Lets JAX compute what has no handler here and depends on no walker."""
+        import jax
+
+        with jax.ensure_compile_time_eval():
+            arrays = [jax.numpy.asarray(value.array) for value in inputs]
+            outputs = equation.primitive.bind(*arrays, **equation.params)
+        many = equation.primitive.multiple_results
+        return [self.known(output) for output in (outputs if many else [outputs])]
+
+    def known(self, value: Any) -> Known:
+        """Returns numbers known while tracing."""
+        return Known(np.asarray(value))
+
+    def nodes(self, value: Value) -> Array:
+        """Returns the ids of an array's numbers, as nodes of the graph."""
+        if isinstance(value, Known):
+            flat = [self.graph.constant(number) for number in value.array.ravel()]
+            return np.array(flat, np.int64).reshape(value.array.shape)
+        ids = value.array
+        if ids.size == 0 or int(ids.max()) < ARGUMENT:
+            return ids
+        flat = [
+            self.graph.add("input", value.dtype, (), divmod(number - ARGUMENT, ARGUMENT))
+            if number >= ARGUMENT
+            else number
+            for number in ids.ravel().tolist()
+        ]
+        return np.array(flat, np.int64).reshape(ids.shape)
+
+    def settled(self, ids: Array, dtype: str) -> Value:
+        """Returns an array of ids, as known numbers if every one of them is a constant."""
+        values = [self.graph.value(number) for number in ids.ravel().tolist()]
+        if all(value is not None for value in values):
+            return Known(np.array(values, dtype).reshape(ids.shape))
+        return Nodes(ids, dtype)
+
+    def apply(self, op: str, dtype: str, *values: Value) -> Value:
+        """Returns a scalar operation applied element by element; scalars stretch."""
+        if all(isinstance(value, Known) for value in values):
+            return Known(evaluate(op, dtype, *(value.array for value in values)))
+        ids = np.broadcast_arrays(*map(self.nodes, values))
+        make = self.build.make
+        flat = [
+            make(op, dtype, args) for args in zip(*(i.ravel().tolist() for i in ids), strict=True)
+        ]
+        return Nodes(np.array(flat, np.int64).reshape(ids[0].shape), dtype)
+
+    def move(self, mover: Callable[..., Array], *values: Value) -> Value:
+        """Returns what numpy makes of arrays whose numbers are only moved, never computed with."""
+        dtype = values[0].dtype
+        if len(values) == 1 or all(isinstance(value, Known) for value in values):
+            moved = mover(*(value.array for value in values))
+            return Known(moved) if isinstance(values[0], Known) else Nodes(moved, dtype)
+        return Nodes(
+            mover(*(v.array if isinstance(v, Nodes) else self.nodes(v) for v in values)), dtype
+        )
+
+    @contextmanager
+    def inside(self, *, region: int | None = None, guard: int | None = None) -> Iterator[None]:
+        """Traces what follows inside a loop, or where only some walkers take part."""
+        before = self.region, self.guard
+        if region is not None:
+            self.region, self.guard = region, None
+        if guard is not None:
+            both = guard if self.guard is None else self.build.same("and", self.guard, guard)
+            self.guard = both
+        try:
+            yield
+        finally:
+            self.region, self.guard = before
+
+
+class Refusal(Exception):
+    """Raised by a handler that cannot do what is asked of it; the message ends the sentence."""
+
+
+def refused(equation: Equation, reason: str) -> CannotCompileError:
+    """Returns the error that names a primitive and the line of user code that made it."""
+    from jax._src import source_info_util  # no public way to a traced line; JAX 0.10
+
+    where = source_info_util.summarize(equation.source_info)
+    return CannotCompileError(
+        f"the lanes engine cannot compile `{equation.primitive.name}` from {where}: it {reason}; "
+        "use --engine mjx, which runs anything that JAX can trace"
+    )
