@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import jax
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.controllers import LinearReactive
-from mjxwalk.envs import Planar7, Terrain
+from mjxwalk.controllers import LinearReactive, Memory
+from mjxwalk.envs import Planar7, State, Terrain
 
 
 class Outcome(NamedTuple):
@@ -33,23 +33,39 @@ class Outcome(NamedTuple):
     steps: Int[Array, "*batch"]
 
 
+class Walk(NamedTuple):
+    """A walker in the middle of a trial: its body and its controller's memory."""
+
+    state: State
+    memory: Memory
+
+
+def start(env: Planar7, controller: LinearReactive, genotype: Any, terrain: Terrain) -> Walk:
+    """Returns a walker at the start of a trial."""
+    return Walk(env.reset(terrain), controller.init(genotype))
+
+
+def advance(
+    env: Planar7, controller: LinearReactive, genotype: Any, terrain: Terrain, walk: Walk
+) -> Walk:
+    """Returns the walker after one step of control and physics."""
+    memory, action = controller.act(genotype, walk.memory, env.observe(walk.state))
+    return Walk(env.step(walk.state, action, terrain), memory)
+
+
 def rollout(env: Planar7, controller: LinearReactive, genotype: Any, terrain: Terrain) -> Outcome:
     """Returns how far one walker gets before it falls or has spent its budget.
 
     Solomon et al. (2013), section 2.7.2: fitness is the distance that a walker travels until then.
     """
 
-    def walking(carry: tuple[Any, Any]) -> Bool[Array, ""]:
-        state, _ = carry
-        return ~state.done
+    def walking(walk: Walk) -> Bool[Array, ""]:
+        return ~walk.state.done
 
-    def step(carry: tuple[Any, Any]) -> tuple[Any, Any]:
-        state, memory = carry
-        memory, action = controller.act(genotype, memory, env.observe(state))
-        return env.step(state, action, terrain), memory
+    def step(walk: Walk) -> Walk:
+        return advance(env, controller, genotype, terrain, walk)
 
-    start = (env.reset(terrain), controller.init(genotype))
-    state, _ = jax.lax.while_loop(walking, step, start)
+    state = jax.lax.while_loop(walking, step, start(env, controller, genotype, terrain)).state
     return Outcome(
         fitness=state.qpos[0],
         distance=state.qpos[0],
