@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from mjxwalk import engines
-from mjxwalk.engines import mjx
+from mjxwalk.engines import lanes, mjx
 from mjxwalk.envs import Terrain
 from mjxwalk.rollout import Outcome
 
@@ -33,13 +33,20 @@ class Evaluator:
 
     def __init__(self, task: Task, engine: str) -> None:
         self.engine, self.why = engines.choose(engine)
-        self.devices = f"{len(jax.devices())} x {jax.devices()[0].device_kind}"
-        self._run = mjx.vmap(task.rollout, in_axes=(0, Terrain(None, 0)))  # type: ignore[arg-type]
+        in_axes: Any = (0, Terrain(None, 0))  # type: ignore[arg-type]
+        if self.engine == "lanes":
+            self._run = lanes.vmap(task.rollout, in_axes)
+            self.devices = f"{self._run.threads} CPU threads"
+        else:
+            self._run = mjx.vmap(task.rollout, in_axes)
+            self.devices = f"{len(jax.devices())} x {jax.devices()[0].device_kind}"
 
     @property
     def compile_s(self) -> float:
         """Seconds spent compiling so far."""
-        return self._run.compile_s
+        if isinstance(self._run, mjx.Mapped):
+            return self._run.compile_s
+        return self._run.compiled.seconds if self._run.compiled else 0.0
 
     def evaluate(self, population: Any, heights: Float[Array, "terrain node"]) -> Outcome:
         """Returns the outcomes as numpy arrays [pop, terrain].

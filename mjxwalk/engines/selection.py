@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import jax
 
-ENGINES = ("auto", "mjx")
+ENGINES = ("auto", "lanes", "mjx")
 
 
 class Choice(NamedTuple):
@@ -45,6 +45,8 @@ def choose(name: str) -> Choice:
     """
     if name not in ENGINES:
         raise ValueError(f"engine must be one of {', '.join(ENGINES)}, got {name!r}")
-    if name == "auto":
-        return Choice("mjx", "runs on every device that JAX sees")
-    return Choice(name, "asked for")
+    if name != "auto":
+        return Choice(name, "asked for")
+    if jax.default_backend() == "cpu":
+        return Choice("lanes", "JAX sees no accelerator, and on a CPU lanes is the fastest")
+    return Choice("mjx", f"JAX sees an accelerator ({jax.devices()[0].device_kind})")
