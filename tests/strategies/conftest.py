@@ -1,0 +1,13 @@
+"""Compiles the strategies' small programs quickly: they run for less time than they compile."""
+
+from collections.abc import Iterator
+
+import jax
+import pytest
+
+
+@pytest.fixture(autouse=True, scope="package")
+def _quick_compilation() -> Iterator[None]:  # pyright: ignore[reportUnusedFunction] # pytest uses it
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield
+    jax.config.update("jax_disable_most_optimizations", False)
