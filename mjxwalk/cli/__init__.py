@@ -1,0 +1,5 @@
+"""The command line. Nothing here imports JAX before the arguments are parsed."""
+
+from mjxwalk.cli.entry import main
+
+__all__ = ["main"]

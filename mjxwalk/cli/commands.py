@@ -1,0 +1,54 @@
+"""The commands by name. Naming them is quick: a command's module is imported when it is asked for.
+
+A command is one frozen dataclass of arguments with `run`. Its module must not import JAX; what
+needs JAX is imported inside `run`, after the arguments are known to be right.
+"""
+
+import importlib
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol
+
+
+class Command(Protocol):
+    """A dataclass of a command's arguments."""
+
+    def run(self) -> int:
+        """Does what was asked for and returns the exit code."""
+        ...
+
+
+class Entry(NamedTuple):
+    """Where a command is, and what it does in a line."""
+
+    module: str
+    attribute: str
+    summary: str
+
+    def load(self) -> type[Command]:
+        """Returns the command's dataclass."""
+        return getattr(importlib.import_module(self.module), self.attribute)
+
+
+COMMANDS: Mapping[str, Entry] = {
+    "evolve": Entry("mjxwalk.cli.evolve", "Evolve", "evolve walkers, in a folder of their own"),
+    "resume": Entry("mjxwalk.cli.evolve", "Resume", "go on with a run that did not end"),
+    "list": Entry("mjxwalk.cli.list", "List", "show the experiments, and the runs in a folder"),
+    "doctor": Entry("mjxwalk.doctor", "Doctor", "show versions, devices, and what is missing"),
+}
+
+
+def overview(program: str) -> str:
+    """Returns the help on all commands."""
+    width = max(map(len, COMMANDS))
+    lines = [f"  {name.ljust(width)}  {entry.summary}" for name, entry in COMMANDS.items()]
+    return "\n".join(
+        [
+            f"usage: {program} COMMAND ...",
+            "",
+            "Evolve walking controllers for simulated bipeds.",
+            "",
+            *lines,
+            "",
+            f"{program} COMMAND --help tells more; {program} --version tells the version.",
+        ]
+    )

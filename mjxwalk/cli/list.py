@@ -1,0 +1,58 @@
+"""`mjxwalk list`."""
+
+import dataclasses
+from pathlib import Path
+
+from mjxwalk import experiments
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class List:
+    """Show the experiments, and the runs in a folder.
+
+    Attributes:
+      runs: folder with runs in it.
+    """
+
+    runs: Path = Path("runs")
+
+    def run(self) -> int:
+        """Prints two tables and returns the exit code."""
+        rows = [(name, summary) for name, summary in experiments.names().items()]
+        print("Experiments")
+        _print_table(rows)
+        found = sorted(self.runs.iterdir()) if self.runs.is_dir() else []
+        rows = [row for path in found if (row := _describe(path))]
+        print(f"\nRuns in {self.runs}" if rows else f"\nNo runs in {self.runs}")
+        _print_table(rows)
+        return 0
+
+
+def _describe(path: Path) -> tuple[str, ...] | None:
+    """Returns a run's name, state, generation and best; None of a folder that is no run."""
+    from mjxwalk.runs import RunError, config, folder, metrics, result
+
+    if not (path / config.FILE).is_file():
+        return None
+    try:
+        total = config.read_data(path)["experiment"].get("generations", "?")
+        lines = metrics.read(path)
+        finished = result.read(path)
+    except RunError as error:
+        return (path.name, "damaged", str(error))
+    progress = f"generation {len(lines)} of {total}"
+    if finished is not None:
+        champion = finished.champion
+        best = f"champion {champion.distance_m:.2f} m, falls {champion.fall_rate:.0%}"
+        return (path.name, "finished", progress, best)
+    state = "running" if folder.is_locked(path) else "stopped"
+    distances = [line.best_distance_m for line in lines if line.best_distance_m is not None]
+    best = f"best {max(distances):.2f} m" if distances else "-"
+    return (path.name, state, progress, best)
+
+
+def _print_table(rows: list[tuple[str, ...]]) -> None:
+    widths = [max(map(len, column)) for column in zip(*[row[:-1] for row in rows], strict=False)]
+    for row in rows:
+        cells = [cell.ljust(width) for cell, width in zip(row[:-1], widths, strict=False)]
+        print("  " + "  ".join([*cells, row[-1]]))

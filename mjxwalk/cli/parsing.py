@@ -1,0 +1,114 @@
+"""Arguments to a command; what tyro has to complain of, in one sentence."""
+
+import contextlib
+import io
+import math
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias, TypeVar
+
+import tyro
+
+from mjxwalk.cli.commands import Command
+from mjxwalk.errors import RunError
+
+CommandT = TypeVar("CommandT", bound=Command)
+
+
+def parse(program: str, command: type[CommandT], args: Sequence[str]) -> CommandT:
+    """Returns the command with its arguments; prints help and exits if they ask for that.
+
+    Args:
+      program: what the user typed so far, for the help and the complaints.
+      command: a dataclass of arguments.
+      args: what follows.
+
+    Raises:
+      RunError: the arguments are wrong.
+    """
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint):
+            return tyro.cli(command, prog=program, args=args, config=(tyro.conf.FlagConversionOff,))
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+        raise RunError(f"{sentence(complaint.getvalue())}; see `{program} --help`") from None
+
+
+def sentence(box: str) -> str:
+    """Returns the message in one of tyro's boxes, without the frame, the colours and the hints."""
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", box)
+    lines: list[str] = []
+    for raw in plain.splitlines():
+        line = raw.strip("│| \t")
+        if re.fullmatch(r"[─-]{3,}", line):
+            break
+        if line and not re.match(r"[╭╰┌└+]", line):
+            lines.append(line)
+    text = (
+        " ".join(lines)
+        .rstrip(".")
+        .removeprefix("Error parsing ")
+        .replace(": must be", " must be", 1)
+    )
+    return text[:1].lower() + text[1:] if text else "the arguments are wrong"
+
+
+def _primitive(metavar: str, read: Callable[[str], Any], words: str, none: str) -> Any:
+    """Returns how a value of one word is read, shown, and complained of.
+
+    Args:
+      metavar: stands for it in the help.
+      read: from the word; ValueError if it cannot be.
+      words: what it must be.
+      none: how None is shown.
+    """
+
+    def from_words(args: list[str]) -> Any:
+        try:
+            return read(args[0])
+        except ValueError:
+            raise ValueError(f"must be {words}, got {args[0]!r}") from None
+
+    def is_value(value: Any) -> bool:
+        return value is None or isinstance(value, int | float | Path)
+
+    def to_words(value: Any) -> list[str]:
+        return [none if value is None else str(value)]
+
+    return tyro.constructors.PrimitiveConstructorSpec[Any](
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=from_words,
+        is_instance=is_value,
+        str_from_instance=to_words,
+    )
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(text)
+    return number
+
+
+def _count_or_all(text: str) -> int | None:
+    return None if text == "all" else int(text)
+
+
+EXPERIMENT = "per-experiment"
+OptionalInt: TypeAlias = Annotated[
+    int | None, _primitive("INT", int, "a whole number", none=EXPERIMENT)
+]
+OptionalFloat: TypeAlias = Annotated[
+    float | None, _primitive("FLOAT", _finite, "a number", none=EXPERIMENT)
+]
+CountOrAll: TypeAlias = Annotated[
+    int | None, _primitive("INT|all", _count_or_all, "a whole number or all", none="all")
+]
+OutPath: TypeAlias = Annotated[
+    Path | None,
+    _primitive("PATH", Path, "a folder", none="runs/EXPERIMENT-SEED-TIME"),
+]

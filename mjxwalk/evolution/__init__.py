@@ -1,0 +1,16 @@
+"""Evolution of a study's walkers: one generation, a whole run on disk, and its champion."""
+
+from mjxwalk.evolution.generation import Elites, Evaluator, Evolution, RunState, Study
+from mjxwalk.evolution.loop import Reporter, evolve
+from mjxwalk.evolution.measuring import Trials
+
+__all__ = [
+    "Elites",
+    "Evaluator",
+    "Evolution",
+    "Reporter",
+    "RunState",
+    "Study",
+    "Trials",
+    "evolve",
+]

@@ -1,0 +1,199 @@
+"""One generation: ask, evaluate, tell.
+
+A run is a function of its settings and its seed. Generation g, counted from 1, draws all that it
+draws from fold_in(key(seed), g); fold_in(key(seed), 0) serves what comes before and after them.
+"""
+
+import time
+from typing import Any, NamedTuple, Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int, PRNGKeyArray
+
+from mjxwalk.evolution.measuring import Trials, measure, over_terrains, summarise
+from mjxwalk.rollout import Outcome
+from mjxwalk.runs import Metrics
+from mjxwalk.strategies import Strategy
+
+NUM_ELITES = 50  # Solomon et al. (2013): the winner is sought among as many last generations' best
+
+
+class Study(Protocol):
+    """What can be evolved: an experiment, or as much of one as the loop needs."""
+
+    generations: int
+    terrains_per_evaluation: int
+
+    @property
+    def weight(self) -> float:
+        """Body weight, N."""
+        ...
+
+    def template(self) -> Any:
+        """Returns the genotype that generation 0 is drawn around."""
+        ...
+
+    def make_strategy(self) -> Strategy[Any, Any]:
+        """Returns what turns a population and its fitness into the next population."""
+        ...
+
+    def sample_terrains(self, key: PRNGKeyArray, num: int, generation: int) -> Any:
+        """Returns terrains for a generation, leaves [num, ...]."""
+        ...
+
+
+class Evaluator(Protocol):
+    """Runs a study's rollout for populations."""
+
+    @property
+    def compile_s(self) -> float:
+        """Seconds spent compiling so far."""
+        ...
+
+    def evaluate(self, population: Any, heights: Any, /) -> Outcome:
+        """Returns the outcomes as numpy arrays [pop, terrain]."""
+        ...
+
+
+class Elites(NamedTuple):
+    """The fittest of each of the last generations, newest last.
+
+    Attributes:
+      genotypes: leaves [elite, ...].
+      fitness: in their own generation; NaN in a place not taken yet.
+      generation: 0 in a place not taken yet.
+    """
+
+    genotypes: Any
+    fitness: Float[np.ndarray, " elite"]
+    generation: Int[np.ndarray, " elite"]
+
+
+class RunState(NamedTuple):
+    """All that a run needs to go on, and what its last generation did.
+
+    Attributes:
+      generation: evaluated last, 0 before the first.
+      key: data of the run's random key.
+      strategy: the strategy's state after `tell`.
+      population: genotypes evaluated last, leaves [pop, ...].
+      fitness: of each, mean over its terrains; NaN if a trial's is.
+      outcome: what else they did.
+      elite: the fittest of them.
+      elites: that of each of the last generations.
+    """
+
+    generation: Int[np.ndarray, ""]
+    key: Any
+    strategy: Any
+    population: Any
+    fitness: Float[np.ndarray, " pop"]
+    outcome: Trials
+    elite: Any
+    elites: Elites
+
+
+class Evolution:
+    """A study, its strategy and an evaluator, compiled once for all generations."""
+
+    def __init__(self, study: Study, evaluator: Evaluator) -> None:
+        self._study = study
+        self._evaluator = evaluator
+        strategy = study.make_strategy()
+        self._init = jax.jit(strategy.init)
+        self._ask = jax.jit(strategy.ask)
+        self._tell = jax.jit(strategy.tell)
+
+    def start(self, seed: int) -> RunState:
+        """Returns the state before generation 1."""
+        key = jax.random.key(seed)
+        key_init, _ = outer_keys(key)
+        template = self._study.template()
+        strategy = self._init(key_init, template)
+        population, _ = jax.eval_shape(self._ask, key, strategy)
+        size = jax.tree.leaves(population)[0].shape[0]
+        empty = np.full(size, np.nan, np.float32)
+        return RunState(
+            generation=np.zeros((), np.int32),
+            key=np.asarray(jax.random.key_data(key)),
+            strategy=strategy,
+            population=jax.tree.map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), population),
+            fitness=empty,
+            outcome=Trials(*[empty] * len(Trials._fields)),
+            elite=jax.tree.map(np.asarray, template),
+            elites=Elites(
+                genotypes=jax.tree.map(lambda leaf: np.stack([leaf] * NUM_ELITES), template),
+                fitness=np.full(NUM_ELITES, np.nan, np.float32),
+                generation=np.zeros(NUM_ELITES, np.int32),
+            ),
+        )
+
+    def advance(self, state: RunState, since: float | None = None) -> tuple[RunState, Metrics]:
+        """Returns the state after one more generation, and its figures.
+
+        Args:
+          state: before it.
+          since: when its time began on the clock `time.perf_counter`; None for now.
+        """
+        started = time.perf_counter() if since is None else since
+        compiled = self._evaluator.compile_s
+        generation = int(state.generation) + 1
+        key = jax.random.fold_in(jax.random.wrap_key_data(jnp.asarray(state.key)), generation)
+        key_ask, key_terrains, key_tell = jax.random.split(key, 3)
+        study = self._study
+        terrains = study.sample_terrains(key_terrains, study.terrains_per_evaluation, generation)
+        population, asked = self._ask(key_ask, state.strategy)
+        population = jax.tree.map(np.asarray, population)
+        asking_done = time.perf_counter()
+        outcome = self._evaluator.evaluate(population, terrains)
+        evaluating_done = time.perf_counter()
+        fitness = over_terrains(outcome.fitness)
+        strategy, told = jax.block_until_ready(self._tell(key_tell, population, fitness, asked))
+        best = fittest(fitness)
+        elite = jax.tree.map(lambda leaf: leaf[best], population)
+        after = RunState(
+            generation=np.asarray(generation, np.int32),
+            key=state.key,
+            strategy=strategy,
+            population=population,
+            fitness=fitness,
+            outcome=summarise(outcome),
+            elite=elite,
+            elites=_push(state.elites, elite, fitness[best], generation),
+        )
+        compile_s = self._evaluator.compile_s - compiled
+        evaluate_s = evaluating_done - asking_done - compile_s
+        return after, measure(
+            outcome,
+            best,
+            generation=generation,
+            weight=study.weight,
+            told=told,
+            evaluate_s=evaluate_s,
+            compile_s=compile_s,
+            other_s=time.perf_counter() - started - evaluate_s - compile_s,
+        )
+
+
+def outer_keys(key: PRNGKeyArray) -> tuple[PRNGKeyArray, PRNGKeyArray]:
+    """Returns the run's keys that belong to no generation: of the start, and of the champion."""
+    key_start, key_champion = jax.random.split(jax.random.fold_in(key, 0))
+    return key_start, key_champion
+
+
+def fittest(fitness: Float[np.ndarray, " pop"]) -> int:
+    """Returns the place of the highest fitness; NaN is lower than any."""
+    return int(np.argmax(np.where(np.isnan(fitness), -np.inf, fitness)))
+
+
+def _push(elites: Elites, genotype: Any, fitness: Any, generation: int) -> Elites:
+    def shift(old: Any, new: Any) -> Any:
+        return np.concatenate([old[1:], np.asarray(new, old.dtype)[None]])
+
+    return Elites(
+        genotypes=jax.tree.map(shift, elites.genotypes, genotype),
+        fitness=shift(elites.fitness, fitness),
+        generation=shift(elites.generation, generation),
+    )

@@ -1,0 +1,170 @@
+"""How a run gets on, in a terminal or, off one, in plain lines."""
+
+import sys
+import time
+from collections import deque
+from pathlib import Path
+from typing import Any, Protocol
+
+from mjxwalk.runs import Config, Metrics, Result
+
+LINE_INTERVAL = 1.0  # s between plain lines: generations may take milliseconds
+RECENT = 20  # generations that the time left is judged by
+
+
+class Progress(Protocol):
+    """Shows a run."""
+
+    def start(self, path: Path, config: Config, evaluator: Any, /) -> None:
+        """Shows what is about to run."""
+        ...
+
+    def generation(self, line: Metrics, /) -> None:
+        """Shows a generation that has been evaluated."""
+        ...
+
+    def say(self, text: str, /) -> None:
+        """Shows a sentence."""
+        ...
+
+    def close(self) -> None:
+        """Gives the terminal back; may be called again."""
+        ...
+
+    def finish(self, path: Path, config: Config, result: Result, /) -> None:
+        """Shows what was evolved, where it is, and what to type next."""
+        ...
+
+
+def make_progress() -> Progress:
+    """Returns the live display on a terminal, plain lines elsewhere."""
+    if sys.stdout.isatty():
+        from mjxwalk.progress_live import LiveProgress
+
+        return LiveProgress()
+    return PlainProgress()
+
+
+class PlainProgress:
+    """A line for each generation, or for each second where they are faster."""
+
+    def __init__(self) -> None:
+        self._clock = Clock(0)
+        self._shown_at = -LINE_INTERVAL
+        self._total = 0
+
+    def start(self, path: Path, config: Config, evaluator: Any) -> None:
+        """Prints the experiment and the engine."""
+        self._total = config.experiment.generations
+        self._clock = Clock(self._total)
+        for line in opening(path, config, evaluator):
+            self.say(line)
+
+    def generation(self, line: Metrics) -> None:
+        """Prints the generation if it is time to."""
+        self._clock.tick(line)
+        if line.compile_s > 0:
+            self.say(f"compiled in {line.compile_s:.1f} s")
+        now = time.monotonic()
+        if now - self._shown_at < LINE_INTERVAL and line.generation != self._total:
+            return
+        self._shown_at = now
+        pieces = [f"{name} {value}" for name, value in figures(line)]
+        left = f"{duration(self._clock.left_s)} left"
+        self.say(f"generation {line.generation}/{self._total}: {', '.join(pieces)}, {left}")
+
+    def say(self, text: str) -> None:
+        """Prints a line at once."""
+        print(text, flush=True)
+
+    def close(self) -> None:
+        """Does nothing: lines are final."""
+
+    def finish(self, path: Path, config: Config, result: Result) -> None:
+        """Prints the closing lines."""
+        for line in closing(path, config, result):
+            self.say(line)
+
+
+class Clock:
+    """The time that a run still needs, from its latest generations."""
+
+    def __init__(self, total: int) -> None:
+        self._total = total
+        self._recent: deque[float] = deque(maxlen=RECENT)
+        self._done = 0
+
+    def tick(self, line: Metrics) -> None:
+        """Takes in a generation."""
+        self._done = line.generation
+        self._recent.append(line.wall_s - line.compile_s)
+
+    @property
+    def left_s(self) -> float:
+        """Seconds until the last generation ends; 0 before the first."""
+        if not self._recent:
+            return 0.0
+        # The median: the first generation after a start takes longer.
+        typical = sorted(self._recent)[len(self._recent) // 2]
+        return typical * (self._total - self._done)
+
+
+def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
+    """Returns what is said before the first generation."""
+    study = config.experiment
+    trials = study.population_size * study.terrains_per_evaluation
+    return [
+        f"evolving {study.name}, seed {config.seed}: {study.generations} generations of "
+        f"{study.population_size} walkers, {trials} trials each, in {path}",
+        f"engine {evaluator.engine} ({evaluator.why}) on {evaluator.devices}",
+    ]
+
+
+def figures(line: Metrics) -> list[tuple[str, str]]:
+    """Returns a generation's figures by name, ready to show."""
+    distances = (line.best_distance_m, line.mean_distance_m, line.median_distance_m)
+    return [
+        ("distance best/mean/median", "/".join(_number(d) for d in distances) + " m"),
+        ("falls", f"{line.fall_share:.0%}"),
+        ("speed", f"{_number(line.speed_m_s)} m/s"),
+        ("cost of transport", _number(line.cost_of_transport)),
+        ("steps/s", count(line.steps_per_s)),
+    ]
+
+
+def closing(path: Path, config: Config, result: Result) -> list[str]:
+    """Returns what was evolved, where it is, and what to type next."""
+    champion = result.champion
+    return [
+        f"evolved {config.experiment.name}, seed {config.seed}: {result.generations} generations, "
+        f"{count(result.physics_steps)} physics steps in {duration(result.wall_s)}",
+        f"champion of generation {champion.generation}: {champion.distance_m:.2f} m, "
+        f"{_number(champion.speed_m_s)} m/s, cost of transport "
+        f"{_number(champion.cost_of_transport)}, falls in {champion.fall_rate:.0%} of "
+        f"{champion.terrains} new trials",
+        f"in {path}",
+        f"next: python scripts/plot_fitness.py {path}",
+        f"      python scripts/champion.py {path}",
+    ]
+
+
+def count(number: float) -> str:
+    """Returns a number with k, M or G, three digits or so."""
+    for factor, unit in ((1e9, " G"), (1e6, " M"), (1e3, " k")):
+        if number >= factor:
+            return f"{number / factor:.3g}{unit}"
+    return f"{number:.3g}"
+
+
+def duration(seconds: float) -> str:
+    """Returns a time span in its two largest units."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"

@@ -1,0 +1,72 @@
+"""The display of a run on a terminal."""
+
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from mjxwalk.progress import Clock, closing, duration, figures, opening
+from mjxwalk.runs import Config, Metrics, Result
+
+
+class LiveProgress:
+    """A bar and a table that stay in place while the run goes on."""
+
+    def __init__(self) -> None:
+        self._console = Console(highlight=False)
+        self._live: Live | None = None
+        self._clock = Clock(0)
+        self._total = 0
+        self._compile_s = 0.0
+
+    def start(self, path: Path, config: Config, evaluator: Any) -> None:
+        """Opens the display."""
+        self._total = config.experiment.generations
+        self._clock = Clock(self._total)
+        first, *rest = opening(path, config, evaluator)
+        self._console.print(first, style="bold", markup=False)
+        for line in rest:
+            self.say(line)
+        waiting = Text("compiling and evaluating the first generation ...", style="dim")
+        self._live = Live(waiting, console=self._console, refresh_per_second=4)
+        self._live.start()
+
+    def generation(self, line: Metrics) -> None:
+        """Updates bar and table."""
+        self._clock.tick(line)
+        if line.compile_s > 0:
+            self.say(f"compiled in {line.compile_s:.1f} s")
+        if self._live is not None:
+            self._live.update(self._render(line))
+
+    def say(self, text: str) -> None:
+        """Prints a sentence above the display."""
+        self._console.print(text, markup=False)
+
+    def close(self) -> None:
+        """Leaves the last figures on the terminal."""
+        live, self._live = self._live, None
+        if live is not None:
+            live.stop()
+
+    def finish(self, path: Path, config: Config, result: Result) -> None:
+        """Prints the closing lines."""
+        for number, line in enumerate(closing(path, config, result)):
+            self._console.print(line, style="bold" if number == 1 else "", markup=False)
+
+    def _render(self, line: Metrics) -> Group:
+        bar = Table.grid(padding=(0, 1))
+        left = f"{duration(self._clock.left_s)} left"
+        bar.add_row(
+            f"generation {line.generation}/{self._total}",
+            ProgressBar(total=self._total, completed=line.generation, width=30),
+            left,
+        )
+        table = Table.grid(padding=(0, 2))
+        for name, value in figures(line):
+            table.add_row(Text(name, style="dim"), value)
+        return Group(bar, table)

@@ -1,0 +1,133 @@
+"""All that is needed to repeat a run, as the file `config.json`."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from mjxwalk import settings
+from mjxwalk.errors import RunError
+from mjxwalk.runs import files
+
+FILE = "config.json"
+SCHEMA = 1  # of this file; raise it when a setting changes its meaning
+
+# ours: enough to fall back on when the newest is damaged. A run of thousands of generations that
+# keeps all takes gigabytes, and the last 50 elites are in every checkpoint anyway.
+KEEP = 20
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Config:
+    """A run is a function of these on one machine.
+
+    Attributes:
+      experiment: a `mjxwalk.experiments.Experiment` or another frozen dataclass with a name; not
+        imported here, since it brings JAX and reading a run does without.
+      seed: of all random numbers.
+      engine: as asked for, which may be "auto"; the manifest has what it came to.
+      keep: newest checkpoints that stay; None keeps all.
+      save_every: generations from one checkpoint to the next.
+    """
+
+    experiment: Any
+    seed: int = 0
+    engine: str = "auto"
+    keep: int | None = KEEP
+    save_every: int = 1
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seed < 2**32:
+            raise ValueError(f"seed must be from 0 to {2**32 - 1}, got {self.seed}")
+        for name in ("keep", "save_every"):
+            value = getattr(self, name)
+            if value is not None and value < 1:
+                raise ValueError(f"{name} must be at least 1, got {value}")
+
+
+class _File(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
+    schema: int
+    seed: int
+    engine: str
+    keep: int | None
+    save_every: int
+    experiment: dict[str, Any]
+
+
+def write(folder: Path, config: Config) -> None:
+    """Writes `config.json`.
+
+    Raises:
+      RunError: the settings would not read back as they are.
+    """
+    if _from_file(_to_file(config), config.experiment) != config:
+        raise RunError(
+            f"experiment {config.experiment.name} has a setting that JSON cannot hold, so the run "
+            "could not be repeated; use numbers, strings, lists and tables"
+        )
+    text = msgspec.json.encode(_to_file(config))
+    files.replace(folder / FILE, msgspec.json.format(text, indent=2) + b"\n")
+
+
+def read_data(folder: Path) -> dict[str, Any]:
+    """Returns `config.json` as plain data, its outer layer checked.
+
+    Raises:
+      RunError: the folder holds no run, or the file is not what a run writes.
+    """
+    return msgspec.to_builtins(_read_file(folder))
+
+
+def read(folder: Path) -> Config:
+    """Returns the settings of a run; they equal those that were written.
+
+    Raises:
+      RunError: the folder holds no run, or a setting is unknown, missing or of a wrong type.
+    """
+    file = _read_file(folder)
+    try:
+        return _from_file(file, _defaults(str(file.experiment.get("name"))))
+    except (RunError, ValueError) as error:
+        raise RunError(f"{folder / FILE}: {error}") from None
+
+
+def _read_file(folder: Path) -> _File:
+    path = folder / FILE
+    if not path.is_file():
+        raise RunError(f"{folder} is no run: it has no {FILE}")
+    raw = files.read(path)
+    try:
+        schema = msgspec.json.decode(raw, type=dict[str, Any]).get("schema")
+        if isinstance(schema, int) and schema != SCHEMA:
+            raise RunError(f"{path} has version {schema} and this mjxwalk reads version {SCHEMA}")
+        return msgspec.json.decode(raw, type=_File)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise RunError(f"{path} cannot be read: {error}") from None
+
+
+def _to_file(config: Config) -> _File:
+    return _File(
+        schema=SCHEMA,
+        seed=config.seed,
+        engine=config.engine,
+        keep=config.keep,
+        save_every=config.save_every,
+        experiment=settings.to_data(config.experiment),
+    )
+
+
+def _from_file(file: _File, defaults: Any) -> Config:
+    return Config(
+        experiment=settings.from_data(defaults, file.experiment, "experiment"),
+        seed=file.seed,
+        engine=file.engine,
+        keep=file.keep,
+        save_every=file.save_every,
+    )
+
+
+def _defaults(name: str) -> Any:
+    from mjxwalk import experiments  # imports JAX, which most of this package does without
+
+    return experiments.get(name)

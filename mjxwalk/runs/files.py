@@ -1,0 +1,54 @@
+"""Small files of a run: replaced whole, appended by the line, with errors in words."""
+
+import os
+from pathlib import Path
+
+from mjxwalk.errors import RunError
+
+
+def replace(path: Path, content: bytes) -> None:
+    """Writes a file so that a reader finds the old content or the new, never a part.
+
+    Raises:
+      RunError: the disk is full, or the folder cannot be written.
+    """
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        with partial.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise RunError(f"{path} could not be written: {describe(error)}") from error
+
+
+def append_line(path: Path, line: bytes) -> None:
+    """Adds a line to a file.
+
+    Raises:
+      RunError: the disk is full, or the file cannot be written.
+    """
+    try:
+        with path.open("ab") as file:
+            file.write(line + b"\n")
+    except OSError as error:
+        raise RunError(f"{path} could not be written: {describe(error)}") from error
+
+
+def read(path: Path) -> bytes:
+    """Returns a file's content.
+
+    Raises:
+      RunError: it cannot be read.
+    """
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise RunError(f"{path} could not be read: {describe(error)}") from error
+
+
+def describe(error: OSError) -> str:
+    """Returns why the system refused, in a few words."""
+    return (error.strerror or str(error)).lower()

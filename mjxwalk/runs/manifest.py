@@ -1,0 +1,102 @@
+"""Where a run took place, as the file `manifest.json`: explains a difference, repeats nothing."""
+
+import importlib.metadata
+import os
+import platform
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+import mjxwalk
+from mjxwalk.runs import files
+
+FILE = "manifest.json"
+PACKAGES = (
+    "jax",
+    "jaxlib",
+    "mujoco",
+    "mujoco-mjx",
+    "numpy",
+    "optax",
+    "orbax-checkpoint",
+    "llvmlite",
+)
+
+
+def write(folder: Path, *, engine: str, why: str, devices: str) -> None:
+    """Writes the manifest of a run that starts now.
+
+    Args:
+      folder: of the run.
+      engine: that evaluates.
+      why: the reason for this engine.
+      devices: that it runs on, in words.
+
+    Raises:
+      RunError: it cannot be written.
+    """
+    data: dict[str, Any] = {
+        "mjxwalk": mjxwalk.__version__,
+        "commit": git_commit(),
+        "python": platform.python_version(),
+        "packages": versions(),
+        "engine": engine,
+        "why": why,
+        "devices": devices,
+        "cpu": cpu_model(),
+        "cores": os.cpu_count(),
+        "system": platform.platform(),
+    }
+    text = msgspec.json.format(msgspec.json.encode(data), indent=2)
+    files.replace(folder / FILE, text + b"\n")
+
+
+def versions() -> dict[str, str | None]:
+    """Returns the versions of the packages that a result can depend on, None where missing."""
+    found: dict[str, str | None] = {}
+    for package in PACKAGES:
+        try:
+            found[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            found[package] = None
+    return found
+
+
+def cpu_model() -> str:
+    """Returns the processor's name, as far as the system tells."""
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        for line in info.read_text(errors="replace").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def git_commit() -> str | None:
+    """Returns the commit of the checkout that mjxwalk runs from, "+" if changed; else None."""
+    root = Path(__file__).resolve().parents[2]
+    if not (root / ".git").exists():
+        return None
+    try:
+        commit = _git(root, "rev-parse", "HEAD")
+        changed = _git(root, "status", "--porcelain", "--untracked-files=no")
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return commit + ("+" if changed else "")
+
+
+def _git(root: Path, *args: str) -> str:
+    command = ["git", "-C", str(root), *args]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
+    return done.stdout.strip()
+
+
+def engine(folder: Path, otherwise: str) -> str:
+    """Returns the engine that a run was begun with, or another name where that is not known."""
+    try:
+        data = msgspec.json.decode((folder / FILE).read_bytes(), type=dict[str, Any])
+    except (OSError, msgspec.DecodeError):
+        return otherwise
+    return str(data.get("engine", otherwise))
