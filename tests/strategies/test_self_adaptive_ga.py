@@ -1,7 +1,7 @@
 """Tests for the self-adaptive genetic algorithm."""
 
 import functools
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -38,9 +38,25 @@ def start() -> Any:
     return _ga().init(jax.random.key(0), TEMPLATE)
 
 
+class Hypers(NamedTuple):
+    """Hyper-parameters that one compiled `tell` takes as arguments."""
+
+    crossover_fraction: Any = 0.25
+    mutation_fraction: Any = 0.25
+    learning_rate_tau: Any = 0.2
+    minimum_learning_rate: Any = 0.01
+
+
 @pytest.fixture(scope="module")
 def tell() -> Any:
-    return jax.jit(_ga().tell)
+    @jax.jit
+    def compiled(key: Any, fitness: Any, state: Any, hypers: Hypers) -> Any:
+        return _ga(**hypers._asdict()).tell(key, state.population, fitness, state)
+
+    def told(key: Any, fitness: Any, state: Any, hypers: Hypers | None = None) -> Any:
+        return compiled(key, fitness, state, hypers or Hypers())
+
+    return told
 
 
 def _flat(population: Any) -> np.ndarray[Any, Any]:
@@ -73,7 +89,7 @@ def test_elites_are_kept_to_the_bit_best_first_with_their_masks_and_rates(start:
     odd = jax.tree.map(lambda leaf: leaf.at[19].set(-0.0), start.population)
     rates = start.learning_rates.at[18].set(jnp.array([0.3, 0.7]))
     state = start._replace(population=odd, learning_rates=rates)
-    new, _ = tell(jax.random.key(1), odd, FITNESS, state)
+    new, _ = tell(jax.random.key(1), FITNESS, state)
     for old_leaf, new_leaf in zip(
         jax.tree.leaves((odd, state.mask, rates)),
         jax.tree.leaves((new.population, new.mask, new.learning_rates)),
@@ -83,10 +99,8 @@ def test_elites_are_kept_to_the_bit_best_first_with_their_masks_and_rates(start:
         assert np.asarray(new_leaf)[:3].tobytes() == expected.tobytes()
 
 
-def test_best_of_the_generation_told_is_in_the_state_though_no_elite_is_kept(start: Any):
-    state, metrics = _ga(num_elites=0).tell(
-        jax.random.key(1), start.population, FITNESS.at[4].set(99.0), start
-    )
+def test_the_fittest_of_the_generation_told_is_in_the_state(start: Any, tell: Any):
+    state, metrics = tell(jax.random.key(1), FITNESS.at[4].set(99.0), start)
     np.testing.assert_array_equal(state.best_genotype["hip"], start.population["hip"][4])
     np.testing.assert_array_equal(state.best_mask["hip"], MASK["hip"])
     assert state.best_fitness == metrics.best_fitness == 99.0
@@ -150,10 +164,10 @@ def test_a_learning_rate_scales_the_mutation_of_its_group_alone(offspring: tuple
     np.testing.assert_allclose(step[:, 20:].std(), 0.5, rtol=0.015)
 
 
-def test_only_the_fittest_fraction_has_offspring(start: Any):
+def test_only_the_fittest_fraction_has_offspring(start: Any, tell: Any):
     # Without mutation every weight is some parent's, so that each one's origin shows.
-    strategy = _ga(crossover_fraction=1.0, mutation_fraction=0.0)
-    state, _ = strategy.tell(jax.random.key(1), start.population, FITNESS, start)
+    only_crossover = Hypers(crossover_fraction=1.0, mutation_fraction=0.0)
+    state, _ = tell(jax.random.key(1), FITNESS, start, only_crossover)
     children, parents = _flat(state.population), _flat(start.population)[PARENTS]
     assert np.all(np.any(children[:, None] == parents[None], axis=1))
     np.testing.assert_array_equal(state.learning_rates, np.ones((POPULATION_SIZE, 2)))
@@ -162,7 +176,7 @@ def test_only_the_fittest_fraction_has_offspring(start: Any):
 def test_a_link_that_no_parent_has_stays_out_for_good(start: Any, tell: Any):
     state = start
     for generation in range(10):
-        state, _ = tell(jax.random.key(generation), state.population, FITNESS, state)
+        state, _ = tell(jax.random.key(generation), FITNESS, state)
     np.testing.assert_array_equal(state.population["hip"][:, 1], 0)
     np.testing.assert_array_equal(state.mask["hip"][:, 1], False)
     assert np.all(_flat(state.population)[:, [0, 2, 3, 4]] != 0)
@@ -174,8 +188,8 @@ def test_a_removed_link_comes_back_only_with_a_parents_weight(start: Any, tell: 
     mask = {"hip": start.mask["hip"], "knee": owner[:, None, None] & start.mask["knee"]}
     population = jax.tree.map(lambda w, m: jnp.where(m, w, 0), start.population, mask)
     state = start._replace(population=population, mask=mask)
-    # Sigma 0.1 and rates near 1 keep a mutated weight within 1 of its parent's, which is over 4.
-    new, _ = tell(jax.random.key(1), population, FITNESS, state)
+    # Sigma 0.1 and rates near 1 keep a mutated weight within 1 of its parent's.
+    new, _ = tell(jax.random.key(1), FITNESS, state)
     knee, links = np.asarray(new.population["knee"]), np.asarray(new.mask["knee"])
     assert np.all(knee[~links] == 0)
     origin = np.asarray(population["knee"][PARENTS[0]])
@@ -184,9 +198,9 @@ def test_a_removed_link_comes_back_only_with_a_parents_weight(start: Any, tell: 
     assert np.any(links[3:].any(axis=(1, 2)) & ~links[3:].all(axis=(1, 2)))
 
 
-def test_learning_rates_evolve_and_keep_their_minimum(start: Any):
-    strategy = _ga(learning_rate_tau=2.0, minimum_learning_rate=0.5)
-    state, _ = strategy.tell(jax.random.key(1), start.population, FITNESS, start)
+def test_learning_rates_evolve_and_keep_their_minimum(start: Any, tell: Any):
+    wide_steps = Hypers(learning_rate_tau=2.0, minimum_learning_rate=0.5)
+    state, _ = tell(jax.random.key(1), FITNESS, start, wide_steps)
     rates = np.asarray(state.learning_rates[3:])
     assert rates.min() == 0.5
     assert rates.max() > 1.0
@@ -194,14 +208,15 @@ def test_learning_rates_evolve_and_keep_their_minimum(start: Any):
     assert np.any(np.all(rates == 1.0, axis=1))
 
 
-def test_narrow_weights_stay_narrow():
+def test_weights_keep_their_dtypes_and_the_best_is_known_without_an_elite():
     template = {"a": jnp.ones(3, jnp.bfloat16), "b": jnp.ones(2)}
-    strategy = self_adaptive_ga(population_size=6, sigma=0.1, initial_sigma=0.1)
+    strategy = self_adaptive_ga(population_size=6, sigma=0.1, initial_sigma=0.1, num_elites=0)
     state = strategy.init(jax.random.key(0), template)
-    new, _ = strategy.tell(jax.random.key(1), state.population, jnp.arange(6.0), state)
+    fitness = jnp.arange(6.0)
+    new, _ = jax.jit(strategy.tell)(jax.random.key(1), state.population, fitness, state)
     for got, expected in zip(jax.tree.leaves(new), jax.tree.leaves(state), strict=True):
         assert (got.dtype, got.shape) == (expected.dtype, expected.shape)
-    np.testing.assert_array_equal(new.population["a"][0], state.population["a"][5])
+    np.testing.assert_array_equal(new.best_genotype["a"], state.population["a"][5])
 
 
 def _sphere(population: Any) -> Any:
