@@ -6,12 +6,15 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
+import llvmlite
 import numpy as np
 
-from mjxwalk.engines.lanes import control, elementwise, indexing, moving, summing, target
+from mjxwalk import __version__
+from mjxwalk.engines.lanes import cache, control, elementwise, indexing, moving, summing, target
 from mjxwalk.engines.lanes.emit import Target
 from mjxwalk.engines.lanes.frame import Argument, Result
 from mjxwalk.engines.lanes.graph import Graph
+from mjxwalk.engines.lanes.identity import Identity, Unnamed, decoded, encoded, holds, manifest
 from mjxwalk.engines.lanes.kernel import kernel
 from mjxwalk.engines.lanes.program import operations, program
 from mjxwalk.engines.lanes.tracing import ARGUMENT, Handler, Nodes, Tracer
@@ -23,6 +26,8 @@ HANDLERS: dict[str, Handler] = {
     **summing.HANDLERS,
     **control.HANDLERS,
 }
+
+VERSIONS = (__version__, llvmlite.__version__, jax.__version__, np.__version__)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,7 +68,7 @@ class Compiled:
 
 def traced(
     function: Callable[..., Any], tree: Any, abstracts: Sequence[Abstract]
-) -> tuple[Graph, list[Nodes], Any, list[Any]]:
+) -> tuple[Graph, list[Nodes], Any]:
     """Returns the scalar graph of a function of one walker, its outputs and their tree."""
     leaves = [jax.ShapeDtypeStruct(a.shape, np.dtype(a.dtype), weak_type=a.weak) for a in abstracts]
     args, kwargs = jax.tree.unflatten(tree, leaves)
@@ -75,15 +80,19 @@ def traced(
     ]
     values = tracer.run(jaxpr.jaxpr, jaxpr.consts, inputs)
     outputs = [Nodes(tracer.nodes(value), value.dtype) for value in values]
-    return tracer.graph, outputs, jax.tree.structure(shapes), values
+    return tracer.graph, outputs, jax.tree.structure(shapes)
 
 
 def compiled(
     function: Callable[..., Any], tree: Any, abstracts: Sequence[Abstract], chosen: Target
 ) -> Compiled:
-    """Traces and compiles a function of one walker."""
+    """Returns the kernel of a function of one walker: from the disk if it is there, else made now."""
     start = time.perf_counter()
-    graph, outputs, output_tree, _ = traced(function, tree, abstracts)
+    name, modules = _name(function, tree, abstracts, chosen)
+    found = _found(name, chosen, start) if name else None
+    if found is not None:
+        return found
+    graph, outputs, output_tree = traced(function, tree, abstracts)
     whole = program(graph, [n for out in outputs for n in out.array.ravel().tolist()])
     text = kernel(
         whole,
@@ -91,15 +100,81 @@ def compiled(
         [Result(out.array.size, out.dtype) for out in outputs],
         chosen,
     )
-    loaded = target.Loaded(target.assemble(text.text, chosen), chosen)
+    code, cached = _code(text.text, chosen)
+    header: cache.Header = {
+        "workspace": text.workspace,
+        "shapes": [list(out.array.shape) for out in outputs],
+        "dtypes": [out.dtype for out in outputs],
+        "operations": operations(whole),
+    }
+    if name:
+        _remember(name, modules, header, output_tree, code)
+    return _loaded(code, chosen, header, output_tree, start, cached)
+
+
+def _code(text: str, chosen: Target) -> tuple[bytes, bool]:
+    """Returns the object code of IR and whether it was on the disk."""
+    name = cache.digest("code", text, repr(chosen), *VERSIONS)
+    entry = cache.read(name)
+    if entry is not None:
+        return entry[1], True
+    code = target.assemble(text, chosen)
+    cache.write(name, {}, code)
+    return code, False
+
+
+def _name(
+    function: Callable[..., Any], tree: Any, abstracts: Sequence[Abstract], chosen: Target
+) -> tuple[str, set[str]]:
+    """Returns the name of a kernel before it is traced, or an empty one, and where it came from."""
+    identity = Identity()
+    try:
+        text = identity.text(function)
+    except Unnamed:
+        return "", set()
+    settings = f"x64={jax.config.jax_enable_x64}"
+    parts = (text, str(tree), repr(tuple(abstracts)), repr(chosen), settings, *VERSIONS)
+    return cache.digest("function", *parts), identity.modules
+
+
+def _remember(
+    name: str, modules: set[str], header: cache.Header, output_tree: Any, code: bytes
+) -> None:
+    """Writes a kernel to the disk under its function's name, unless its outputs have no text."""
+    files = manifest(modules)
+    numbered = jax.tree.unflatten(output_tree, range(output_tree.num_leaves))
+    try:
+        header = {**header, "tree": encoded(numbered)}
+    except Unnamed:
+        return
+    if files is not None:
+        cache.write(name, {**header, "files": files}, code)
+
+
+def _found(name: str, chosen: Target, start: float) -> Compiled | None:
+    """Returns a kernel from the disk, if all that it was made from is unchanged."""
+    entry = cache.read(name)
+    if entry is None:
+        return None
+    header, code = entry
+    if not holds(header["files"]):
+        return None
+    output_tree = jax.tree.structure(decoded(header["tree"]))
+    return _loaded(code, chosen, header, output_tree, start, cached=True)
+
+
+def _loaded(
+    code: bytes, chosen: Target, header: cache.Header, output_tree: Any, start: float, cached: bool
+) -> Compiled:
+    loaded = target.Loaded(code, chosen)
     return Compiled(
         loaded=loaded,
         target=chosen,
-        workspace=text.workspace,
+        workspace=header["workspace"],
         output_tree=output_tree,
-        output_shapes=tuple(out.array.shape for out in outputs),
-        output_dtypes=tuple(out.dtype for out in outputs),
-        operations=operations(whole),
+        output_shapes=tuple(tuple(shape) for shape in header["shapes"]),
+        output_dtypes=tuple(header["dtypes"]),
+        operations=header["operations"],
         seconds=time.perf_counter() - start,
-        cached=False,
+        cached=cached,
     )

@@ -260,10 +260,7 @@ def _convert(c: Code, node: Node, dtype: str, x: str) -> str:
         one = c.splat(1, node.dtype)
         return c.select(x, one, c.splat(0, node.dtype), node.dtype)
     if is_float(dtype) and not is_float(node.dtype):
-        kind = "s" if is_signed(node.dtype) else "u"
-        lanes = c.width
-        name = f"llvm.fpto{kind}i.sat.v{lanes}{_short(node.dtype)}.v{lanes}{_short(dtype)}"
-        return c.call(name, target, (source, x))
+        return _to_integer(c, node, dtype, x)
     if is_float(node.dtype) and not is_float(dtype):
         return c.let(f"{'s' if is_signed(dtype) else 'u'}itofp {source} {x} to {target}")
     before, after = np.dtype(dtype).itemsize, np.dtype(node.dtype).itemsize
@@ -273,6 +270,25 @@ def _convert(c: Code, node: Node, dtype: str, x: str) -> str:
         return c.let(f"{'fpext' if after > before else 'fptrunc'} {source} {x} to {target}")
     widen = "sext" if is_signed(dtype) else "zext"
     return c.let(f"{widen if after > before else 'trunc'} {source} {x} to {target}")
+
+
+def _to_integer(c: Code, node: Node, dtype: str, x: str) -> str:
+    """Truncation; NaN becomes 0, and what is too large or too small the nearest integer."""
+    source, target = c.vector(dtype), c.vector(node.dtype)
+    limits = np.iinfo(node.dtype)
+    ordered = c.let(f"fcmp ord {source} {x}, zeroinitializer")
+    inside = c.select(ordered, x, "zeroinitializer", dtype)
+    signed = is_signed(node.dtype)
+    conversion = "fptosi" if signed else "fptoui"
+    if node.data == "within":
+        return c.let(f"{conversion} {source} {inside} to {target}")
+    least = c.splat(limits.min, dtype)
+    low = c.let(f"fcmp ogt {source} {inside}, {least}")
+    inside = c.select(low, inside, least, dtype)
+    above = c.let(f"fcmp oge {source} {inside}, {c.splat(float(limits.max), dtype)}")
+    inside = c.select(above, "zeroinitializer", inside, dtype)
+    whole = c.let(f"{conversion} {source} {inside} to {target}")
+    return c.select(above, c.splat(limits.max, node.dtype), whole, node.dtype)
 
 
 def _bitcast(c: Code, node: Node, dtype: str, x: str) -> str:

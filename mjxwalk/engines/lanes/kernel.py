@@ -35,6 +35,12 @@ ENTRY = (
     "i64 %count, ptr noalias %next, ptr %stop, ptr noalias %spent)"
 )
 
+# A vector on the stack makes LLVM align all of it: spilled vectors then never straddle two lines.
+ALIGNED_STACK = (
+    "  %aligned = alloca <16 x float>, align 64",
+    "  store volatile i32 0, ptr %aligned",
+)
+
 
 def kernel(
     program: Program, arguments: Sequence[Argument], results: Sequence[Result], target: Target
@@ -46,7 +52,7 @@ def kernel(
     tables = [_table(name, array) for name, array in program.graph.tables.items()]
     enter, leave, declared = _subnormals_as_zero(target.processor)
     text = "\n".join(
-        [*tables, ENTRY + " {", "entry:", *enter, *frame.lines, "leave:", *leave, "  ret void", "}",
+        [*tables, ENTRY + " {", "entry:", *ALIGNED_STACK, *enter, *frame.lines, "leave:", *leave, "  ret void", "}",
          *sorted(frame.declared | declared)]
     )  # fmt: skip
     return Kernel(text, frame.workspace)

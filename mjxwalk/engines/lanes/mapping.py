@@ -84,7 +84,7 @@ class Mapped:
         if not isinstance(axes, tuple):
             prefix = (tuple(axes for _ in args), prefix[1])
         spread = jax.tree.broadcast(prefix, (args, kwargs), is_leaf=lambda x: x is None)
-        return jax.tree.leaves(spread, is_leaf=lambda x: x is None)
+        return jax.tree.structure((args, kwargs)).flatten_up_to(spread)
 
     def _kernel(self, leaves: list[Any], tree: Any, axes: list[int | None]) -> Compiled:
         abstracts = tuple(_abstract(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from mjxwalk.engines.lanes.graph import Array
-from mjxwalk.engines.lanes.tracing import Equation, Handler, Nodes, Tracer, Value
+from mjxwalk.engines.lanes.tracing import Equation, Handler, Tracer, Value
 
 Params = dict[str, Any]
 

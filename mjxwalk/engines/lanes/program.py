@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 
 from mjxwalk.engines.lanes.expand import Expander
 from mjxwalk.engines.lanes.graph import OUTSIDE, Graph, carried, reachable, regions
+from mjxwalk.engines.lanes.ordering import ordered
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -119,6 +120,7 @@ class _Scheduler:
                 self.places[number][place] = carry
                 self.region[carry] = number
         self.turns: dict[int, Turns] = {}
+        self.pressure: dict[int, int] = {}
 
     def program(self) -> Program:
         graph = self.graph
@@ -175,6 +177,18 @@ class _Scheduler:
             return tuple(sorted(self.loop(carried(node)[0]).needs))
         return node.args
 
+    def _pressure(self) -> dict[int, int]:
+        """Returns how many values are alive at once while a node's arguments are computed.
+
+        Sethi and Ullman's number: the argument that needs most comes first.
+        """
+        if not self.pressure:
+            for node_id, node in enumerate(self.graph.nodes):
+                ranked = sorted((self.pressure[arg] for arg in node.args), reverse=True)
+                most = (number + place for place, number in enumerate(ranked))
+                self.pressure[node_id] = max(most, default=1)
+        return self.pressure
+
     def needs_of(self, step: Step) -> Iterable[int]:
         return step.needs if isinstance(step, Turns) else self.graph.nodes[step].args
 
@@ -183,6 +197,7 @@ class _Scheduler:
         steps: list[Step] = []
         seen = set(done)
         ran: set[int] = set()
+        pressure = self._pressure()
         pending = [(root, False) for root in reversed(roots)]
         while pending:
             node_id, ready = pending.pop()
@@ -191,7 +206,8 @@ class _Scheduler:
                 continue
             if not ready:
                 pending.append((node_id, True))
-                pending += [(arg, False) for arg in reversed(self.inputs_of(node_id))]
+                needs = sorted(self.inputs_of(node_id), key=pressure.__getitem__)
+                pending += [(need, False) for need in needs]
                 continue
             seen.add(node_id)
             if node.op != "result":
@@ -199,7 +215,16 @@ class _Scheduler:
             elif carried(node)[0] not in ran:
                 ran.add(carried(node)[0])
                 steps.append(self.loop(carried(node)[0]))
-        return tuple(steps)
+        return self._scheduled(steps)
+
+    def _scheduled(self, steps: list[Step]) -> tuple[Step, ...]:
+        """Returns steps rearranged for the CPU; those with loops among them stay as they are."""
+        plain = [step for step in steps if isinstance(step, int)]
+        if len(plain) < len(steps):
+            return tuple(steps)
+        nodes, own = self.graph.nodes, set(plain)
+        needs = {n: [a for a in dict.fromkeys(nodes[n].args) if a in own] for n in plain}
+        return tuple(ordered(plain, needs, {n: nodes[n].op for n in plain}))
 
 
 def _size(steps: Iterable[Step]) -> int:

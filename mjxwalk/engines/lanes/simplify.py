@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mjxwalk.engines.lanes.bounds import Range, bounds, type_bounds
 from mjxwalk.engines.lanes.graph import OUTSIDE, Graph
 from mjxwalk.engines.lanes.scalars import COMMUTATIVE, COMPARISONS, evaluate, is_float
 
@@ -242,8 +243,14 @@ def _extreme(op: str) -> Rule:
         x, y = args
         if x == y:
             return x
-        if values[1] is not None and b.op(x) == op and b.graph.value(b.args(x)[1]) is not None:
+        if values[1] is None or np.isnan(values[1]):
+            return None
+        if b.op(x) == op and b.graph.value(b.args(x)[1]) is not None:
             return _regroup(b, op, x, y)
+        low, high = bounds(b.graph, x)
+        limit = float(values[1])
+        if (op == "max" and limit <= low) or (op == "min" and high <= limit):
+            return x
         return None
 
     return rule
@@ -313,14 +320,23 @@ def _convert(b: Builder, dtype: str, args: tuple[int, ...], values: Values) -> i
         return b.compare("ne", x, b.constant(0, b.dtype(x)))
     if _is_flag(b, x):
         return b.convert(b.args(x)[0], dtype)
+    source = b.dtype(x)
+    if is_float(source) and not is_float(dtype):
+        (low, high), (least, most) = bounds(b.graph, x), type_bounds(dtype)
+        if least <= low and high < most:  # needs no clamp; `within` says so to the code generator
+            return b.graph.add("convert", dtype, args, "within")
     return None
 
 
 def _comparison(op: str) -> Rule:
     def rule(b: Builder, dtype: str, args: tuple[int, ...], values: Values) -> int | None:
         x, y = args
-        if x == y and not is_float(b.dtype(x)):
-            return b.constant(op in ("le", "eq"), "bool")
+        if not is_float(b.dtype(x)):
+            if x == y:
+                return b.constant(op in ("le", "eq"), "bool")
+            certain = _certain(op, bounds(b.graph, x), bounds(b.graph, y))
+            if certain is not None:
+                return b.constant(certain, "bool")
         for place, value in ((0, values[1]), (1, values[0])):
             choice = None if value is None else _two_constants(b, args[place])
             if choice is None:
@@ -336,6 +352,19 @@ def _comparison(op: str) -> Rule:
         return None
 
     return rule
+
+
+def _certain(op: str, x: Range, y: Range) -> bool | None:
+    """Returns what a comparison of integers comes to, if their ranges decide it."""
+    if x[1] < y[0]:
+        return op in ("lt", "le", "ne")
+    if x[0] > y[1]:
+        return op == "ne"
+    if op == "lt" and x[0] >= y[1]:
+        return False
+    if op == "le" and x[1] <= y[0]:
+        return True
+    return None
 
 
 def _two_constants(b: Builder, x: int) -> tuple[int, Any, Any] | None:
