@@ -80,7 +80,7 @@ def _combined(op: str, ranges: list[Range]) -> Range:
             (0.0, max(high, high2)) if low >= 0 or low2 >= 0 else ANYTHING
         )  # fmt: skip
     if op == "convert":  # truncation to an integer
-        return math.ceil(low) if low > -math.inf and low < 0 else low, high
+        return (float(math.ceil(low)) if -math.inf < low < 0 else low), high
     rounding = {"floor": math.floor, "ceil": math.ceil, "rint": round}[op]
     return (
         float(rounding(low)) if math.isfinite(low) else low,

@@ -17,7 +17,7 @@ from mjxwalk.engines.lanes.graph import Graph
 from mjxwalk.engines.lanes.identity import Identity, Unnamed, decoded, encoded, holds, manifest
 from mjxwalk.engines.lanes.kernel import kernel
 from mjxwalk.engines.lanes.program import operations, program
-from mjxwalk.engines.lanes.tracing import ARGUMENT, Handler, Nodes, Tracer
+from mjxwalk.engines.lanes.tracing import ARGUMENT, Handler, Nodes, Refusal, Tracer
 
 HANDLERS: dict[str, Handler] = {
     **moving.HANDLERS,
@@ -75,10 +75,13 @@ def traced(
     jaxpr, shapes = jax.make_jaxpr(function, return_shape=True)(*args, **kwargs)
     tracer = Tracer(HANDLERS)
     inputs = [
-        Nodes(ARGUMENT * (n + 1) + np.arange(a.size).reshape(a.shape), a.dtype)
+        Nodes(np.arange(ARGUMENT * (n + 1), ARGUMENT * (n + 1) + a.size).reshape(a.shape), a.dtype)
         for n, a in enumerate(abstracts)
     ]
-    values = tracer.run(jaxpr.jaxpr, jaxpr.consts, inputs)
+    try:
+        values = tracer.run(jaxpr.jaxpr, jaxpr.consts, inputs)
+    except Refusal as refusal:
+        raise refusal.error("a line that JAX did not record") from None
     outputs = [Nodes(tracer.nodes(value), value.dtype) for value in values]
     return tracer.graph, outputs, jax.tree.structure(shapes)
 

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from mjxwalk.engines.lanes.elementwise import select_case
-from mjxwalk.engines.lanes.graph import Loop, reachable
-from mjxwalk.engines.lanes.indexing import read_row, write_row
-from mjxwalk.engines.lanes.tracing import Equation, Handler, Jaxpr, Known, Nodes, Tracer, Value
+from mjxwalk.engines.lanes.graph import reachable
+from mjxwalk.engines.lanes.indexing import int32, read_row, write_row
+from mjxwalk.engines.lanes.tracing import Equation, Handler, Jaxpr, Known, Tracer, Value
 
 Params = dict[str, Any]
 INNER_JAXPR = ("jaxpr", "call_jaxpr", "fun_jaxpr")
@@ -114,18 +114,13 @@ def _settle(
         if not constant:
             return following, condition, known
         known.update(constant)
-        inner = min(carries)
         roots = [*following, condition]
-        fixed = {n: n for n in reachable_before(t, roots, inner)} | known
+        older = range(min(carries))  # nodes older than the loop do not depend on its carries
+        fixed = {node: node for node in older} | known
         live = [n for n in reachable(t.graph, roots, fixed) if n not in fixed]
         mapping = t.build.substitute(live, t.graph, fixed, parent=t.region)
         following = [mapping.get(node, node) for node in following]
         condition = mapping.get(condition, condition)
-
-
-def reachable_before(t: Tracer, roots: list[int], first: int) -> range:
-    """Returns the nodes that are older than a loop, which cannot depend on its carries."""
-    return range(first)
 
 
 def _while(t: Tracer, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
@@ -150,17 +145,17 @@ def _scan(t: Tracer, p: Params, inputs: list[Value], equation: Equation) -> list
 
     def step(values: list[Value]) -> list[Value]:
         count, state = values[0], values[1 : 1 + len(carried)]
-        last = Known(np.int32(length - 1))
+        last = int32(length - 1)
         row = t.apply("sub", "int32", last, count) if p["reverse"] else count
         xs = [read_row(t, operand, row) for operand in rows]
         made = t.call(p["jaxpr"], [*consts, *state, *xs])
         new, ys = made[: len(carried)], made[len(carried) :]
         stored = zip(values[1 + len(carried) :], ys, strict=True)
         written = [write_row(t, array, row, _one_row(t, y)) for array, y in stored]
-        return [t.apply("add", "int32", count, Known(np.int32(1))), *new, *written]
+        return [t.apply("add", "int32", count, int32(1)), *new, *written]
 
-    start: Value = Known(np.int32(0))
-    bound = Known(np.int32(length))
+    start: Value = int32(0)
+    bound = int32(length)
     results = _loop(
         t, [start, *carried, *outputs], lambda v: t.apply("lt", "bool", v[0], bound), step
     )
@@ -213,4 +208,3 @@ HANDLERS: dict[str, Handler] = {
     "while": _while,
     "scan": _scan,
 }
-_ = (Loop, Nodes)

@@ -77,7 +77,7 @@ def _sine(x: int, build: Builder, quarter: int) -> int:
     r = x
     for part in HALF_PI_FEW_BITS:
         r = f("sub", r, f("mul", turns, part))
-    r = f("min", f("max", r, -0.7854), 0.7854)  # what reduction lost must not leave [-1, 1]
+    r = f("min", f("max", r, -0.79), 0.79)  # what reduction lost must not leave [-1, 1]
     square = f("mul", r, r)
     sine = f("add", f("mul", f("mul", f.polynomial(square, SIN), square), r), r)
     tail = f("mul", f("mul", f.polynomial(square, COS), square), square)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from mjxwalk.engines.lanes.emit import Code, Target, memory_type
-from mjxwalk.engines.lanes.graph import OUTSIDE, carried
+from mjxwalk.engines.lanes.graph import carried
 from mjxwalk.engines.lanes.program import Program, Step, Turns
 
 SHORT = 4  # numbers that are copied one by one rather than in a loop
@@ -79,7 +79,7 @@ class Frame(Code):
     def _lay_inputs(self) -> list[Run]:
         """Gives every input number that is used a vector; neighbours become one run."""
         self._input_slots: dict[tuple[int, int], int] = {}
-        used = {node.data for node in _used(self.program) if node.op == "input"}
+        used = {node.data for node in self.graph.nodes if node.op == "input"}
         runs: list[Run] = []
         for array, place in sorted(used):
             dtype = self.arguments[array].dtype
@@ -103,10 +103,14 @@ class Frame(Code):
         if program.loop is None:
             return {}
         computed = set(_computed(program.prologue))
-        later = {*program.loop.needs, *program.outputs, *_needs(program.epilogue, self.graph)}
+        later = {*program.loop.needs, *program.outputs, *self._needs(program.epilogue)}
         return {
             n: self._reserve(self.dtype(n)) for n in sorted(later) if self._comes_early(n, computed)
         }
+
+    def _needs(self, steps: Iterable[Step]) -> set[int]:
+        needs = (s.needs if isinstance(s, Turns) else self.graph.nodes[s].args for s in steps)
+        return {node for some in needs for node in some}
 
     def _comes_early(self, node_id: int, computed: set[int]) -> bool:
         node = self.graph.nodes[node_id]
@@ -429,18 +433,3 @@ def _suffix(kind: str) -> str:
 def _computed(steps: Iterable[Step]) -> list[int]:
     """Returns the nodes of some steps; a loop counts as -1 - its number."""
     return [-1 - step.number if isinstance(step, Turns) else step for step in steps]
-
-
-def _needs(steps: Iterable[Step], graph) -> set[int]:
-    return {
-        n
-        for step in steps
-        for n in (step.needs if isinstance(step, Turns) else graph.nodes[step].args)
-    }
-
-
-def _used(program: Program):
-    return program.graph.nodes
-
-
-_ = OUTSIDE

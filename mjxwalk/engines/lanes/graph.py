@@ -8,12 +8,13 @@ without anybody having to move it.
 """
 
 import dataclasses
-from collections.abc import Container, Hashable, Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from typing import Any, NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
-Array = np.ndarray[Any, Any]  # any shape, any type: numbers, or ids of nodes
+Array = NDArray[Any]  # any shape, any type: numbers, or ids of nodes
 
 OUTSIDE = -1  # the region outside every loop
 
@@ -29,7 +30,7 @@ class Node(NamedTuple):
     op: str
     dtype: str
     args: tuple[int, ...] = ()
-    data: Hashable = None
+    data: Any = None
 
 
 @dataclasses.dataclass(kw_only=True)
@@ -65,9 +66,9 @@ class Graph:
         self.loops: list[Loop] = []
         self.tables: dict[str, Array] = {}
         self._ids: dict[Node, int] = {}
-        self._values: dict[int, np.generic] = {}
+        self._values: dict[int, Any] = {}
 
-    def add(self, op: str, dtype: str, args: tuple[int, ...] = (), data: Hashable = None) -> int:
+    def add(self, op: str, dtype: str, args: tuple[int, ...] = (), data: Any = None) -> int:
         """Returns the id of this node, which is new only if no equal one exists."""
         node = Node(op, dtype, args, data)
         found = self._ids.get(node)
@@ -76,17 +77,17 @@ class Graph:
             self.nodes.append(node)
         return found
 
-    def find(self, op: str, dtype: str, args: tuple[int, ...], data: Hashable) -> int | None:
+    def find(self, op: str, dtype: str, args: tuple[int, ...], data: Any) -> int | None:
         """Returns the id of a node if it exists."""
         return self._ids.get(Node(op, dtype, args, data))
 
-    def constant(self, value: np.generic) -> int:
+    def constant(self, value: Any) -> int:
         """Returns the node of a known scalar; zeros of different sign and NaNs stay distinct."""
         found = self.add("const", value.dtype.name, (), value.tobytes())
         self._values[found] = value
         return found
 
-    def value(self, node: int) -> np.generic | None:
+    def value(self, node: int) -> Any:
         """Returns the scalar that a node is known to be, or None."""
         return self._values.get(node)
 

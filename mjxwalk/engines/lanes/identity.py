@@ -202,5 +202,5 @@ def decoded(text: Any) -> Any:
         module, _, name = parts["named"].partition(":")
         kind: Any = functools.reduce(getattr, name.split("."), importlib.import_module(module))
         return kind(*map(decoded, parts["values"]))
-    kind = list if "list" in parts else tuple
-    return kind(map(decoded, parts.get("list", parts.get("tuple"))))
+    ((name, items),) = parts.items()
+    return (list if name == "list" else tuple)(map(decoded, items))

@@ -30,6 +30,11 @@ MOST_SELECTS = 1 << 14  # for one write at a computed place: beyond, the code wo
 SMALL_TABLE = 4  # constants up to which selects are cheaper than a load from a table
 
 
+def int32(number: int) -> Known:
+    """Returns a known index."""
+    return Known(np.asarray(number, np.int32))
+
+
 @dataclasses.dataclass(frozen=True)
 class Windows:
     """Where windows lie in the flat operand.
@@ -53,11 +58,11 @@ def _windows(
     places: Value = Known(np.zeros((), np.int32))
     inside: Value = Known(np.ones((), np.bool_))
     for start, size, length, stride in zip(starts, sizes, shape, strides, strict=True):
-        start = _as_int32(t, start)
-        zero, last = Known(np.int32(0)), Known(np.int32(length - size))
+        start = _asint32(t, start)
+        zero, last = int32(0), int32(length - size)
         clamped = t.apply("max", "int32", t.apply("min", "int32", start, last), zero)
         inside = t.apply("and", "bool", inside, t.apply("eq", "bool", start, clamped))
-        step = t.apply("mul", "int32", clamped, Known(np.int32(stride)))
+        step = t.apply("mul", "int32", clamped, int32(stride))
         places = t.apply("add", "int32", places, step)
     steps = np.zeros(tuple(sizes), np.int64)
     for axis, stride in enumerate(strides):
@@ -66,7 +71,7 @@ def _windows(
     return Windows(places, inside, steps)
 
 
-def _as_int32(t: Tracer, start: Value) -> Value:
+def _asint32(t: Tracer, start: Value) -> Value:
     """Returns an index as int32, an unsigned one that is too large as the largest."""
     if start.dtype.startswith("uint"):
         top = Known(np.asarray(np.iinfo(np.int32).max).astype(start.dtype))
@@ -255,7 +260,7 @@ def _dynamic_update(t: Tracer, p: Params, inputs: list[Value], equation: Equatio
 def read_row(t: Tracer, operand: Value, place: Value) -> Value:
     """Returns operand[place] along the first axis, clamped."""
     shape = operand.array.shape
-    starts = [place, *(Known(np.int32(0)) for _ in shape[1:])]
+    starts = [place, *(int32(0) for _ in shape[1:])]
     row = _read(t, operand, _windows(t, shape, starts, (1, *shape[1:])))
     return t.move(lambda x: x[0], row)
 
@@ -263,7 +268,7 @@ def read_row(t: Tracer, operand: Value, place: Value) -> Value:
 def write_row(t: Tracer, operand: Value, place: Value, row: Value) -> Value:
     """Returns the operand with one row along the first axis replaced, clamped."""
     shape = operand.array.shape
-    starts = [place, *(Known(np.int32(0)) for _ in shape[1:])]
+    starts = [place, *(int32(0) for _ in shape[1:])]
     windows = _windows(t, shape, starts, (1, *shape[1:]))
     windows = dataclasses.replace(windows, inside=_everywhere(windows.inside))
     return _write(t, operand, windows, row, "set")

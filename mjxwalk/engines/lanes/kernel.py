@@ -15,10 +15,10 @@ for all lanes there, which changes nothing for those that run: it depends on the
 import dataclasses
 from collections.abc import Sequence
 
-import numpy as np
 
 from mjxwalk.engines.lanes.emit import Target, literal, memory_type
 from mjxwalk.engines.lanes.frame import Argument, Frame, Result
+from mjxwalk.engines.lanes.graph import Array
 from mjxwalk.engines.lanes.program import Program, Turns
 
 
@@ -58,7 +58,7 @@ def kernel(
     return Kernel(text, frame.workspace)
 
 
-def _table(name: str, array: np.ndarray[tuple[int, ...], np.dtype[np.generic]]) -> str:
+def _table(name: str, array: Array) -> str:
     kind = memory_type(array.dtype.name)
     numbers = ", ".join(f"{kind} {literal(n)}" for n in array)
     return f"@{name} = private unnamed_addr constant [{array.size} x {kind}] [{numbers}], align 64"

@@ -50,7 +50,7 @@ class _Schedule:
         for step in reversed(steps):
             way = max((self.height[user] for user in self.users[step]), default=0.0)
             self.height[step] = self.cycles[step] + way
-        self.position = {step: place for place, step in enumerate(steps)}
+        self.position = {step: float(place) for place, step in enumerate(steps)}
         self.missing = {step: len(needs[step]) for step in steps}
         self.unread = {step: len(self.users[step]) for step in steps}
         self.finished: dict[int, float] = {}
@@ -61,7 +61,7 @@ class _Schedule:
         self.freeing: list[
             tuple[int, int]
         ] = []  # ready or waiting, leave no more alive than before
-        self.any: list[tuple[int, int]] = []  # ready or waiting, in the order given
+        self.any: list[tuple[float, int]] = []  # ready or waiting, in the order given
         for step in steps:
             if not needs[step]:
                 self._ready(step, 0.0)
@@ -113,7 +113,7 @@ class _Schedule:
                 return step
         raise ValueError("a step needs one that comes later")
 
-    def _first(self, queue: "list[tuple[int, int]] | list[tuple[float, int]]") -> int | None:
+    def _first(self, queue: list[tuple[float, int]]) -> int | None:
         """Returns the first step of a queue that is not done yet."""
         while queue:
             _, step = heapq.heappop(queue)

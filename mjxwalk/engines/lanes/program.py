@@ -60,6 +60,7 @@ def program(source: Graph, outputs: Sequence[int]) -> Program:
     expander = Expander(Graph())
     mapping = expander.substitute(reachable(source, outputs), source, {})
     graph = expander.graph
+    graph.tables = source.tables
     outputs = [mapping[node] for node in outputs]
     tests = {number: _tests(expander, number) for number in range(len(graph.loops))}
     return _Scheduler(graph, outputs, tests).program()

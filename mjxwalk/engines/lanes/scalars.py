@@ -50,7 +50,7 @@ def bitcast(x: Array, dtype: str) -> Array:
 def divide(x: Array, y: Array) -> Array:
     """Returns x / y; integers truncate towards zero, and give -1 where y is 0, as XLA's do."""
     if is_float(x.dtype.name):
-        return np.divide(x, y)
+        return np.asarray(np.divide(x, y))
     safe = np.where(y == 0, np.ones_like(y), y)
     quotient = np.floor_divide(x, safe)
     towards_zero = (np.remainder(x, safe) != 0) & ((x < 0) != (safe < 0))
@@ -61,7 +61,7 @@ def divide(x: Array, y: Array) -> Array:
 def remainder(x: Array, y: Array) -> Array:
     """Returns the remainder with the sign of x; integers give x where y is 0, as XLA's do."""
     if is_float(x.dtype.name):
-        return np.fmod(x, y)
+        return np.asarray(np.fmod(x, y))
     safe = np.where(y == 0, np.ones_like(y), y)
     return np.where(y == 0, x, np.fmod(x, safe))
 
@@ -144,7 +144,7 @@ REFERENCE: dict[str, Callable[..., Any]] = {
 }
 
 
-def evaluate(op: str, dtype: str, *args: Array) -> Array:
+def evaluate(op: str, dtype: str, *args: Any) -> Array:
     """Returns the operation on known numbers, in the result's own type and without warnings."""
     with np.errstate(all="ignore"):
         if op == "convert":

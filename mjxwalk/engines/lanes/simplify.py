@@ -40,7 +40,7 @@ class Builder:
             args = (args[1], args[0])
         return self.graph.add(op, dtype, args, data)
 
-    def constant(self, value: float, dtype: str) -> int:
+    def constant(self, value: float | int, dtype: str) -> int:
         """Returns the node of a number in a type."""
         return self.graph.constant(np.asarray(value).astype(dtype)[()])
 
@@ -225,10 +225,6 @@ def _abs(b: Builder, dtype: str, args: tuple[int, ...], values: Values) -> int |
     if b.op(x) == "abs" or dtype.startswith("uint"):
         return x
     return b.same("abs", b.args(x)[0]) if b.op(x) == "neg" else None
-
-
-def _sqrt(b: Builder, dtype: str, args: tuple[int, ...], values: Values) -> int | None:
-    return None
 
 
 def _recip(b: Builder, dtype: str, args: tuple[int, ...], values: Values) -> int | None:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from mjxwalk.engines.lanes.graph import Array
-from mjxwalk.engines.lanes.scalars import is_float, is_signed
-from mjxwalk.engines.lanes.tracing import Equation, Handler, Known, Nodes, Refusal, Tracer, Value
+from mjxwalk.engines.lanes.scalars import is_float
+from mjxwalk.engines.lanes.tracing import Equation, Handler, Nodes, Refusal, Tracer, Value
 
 Params = dict[str, Any]
 REDUCTIONS = {"reduce_sum": "add", "reduce_prod": "mul", "reduce_max": "max", "reduce_min": "min",
@@ -135,16 +135,14 @@ def _cholesky(t: Tracer, a: Array, p: Params, dtype: str) -> Array:
     build, size = t.build, len(a)
     factor = np.full_like(a, build.constant(0, dtype))
     for j in range(size):
-        for i in range(j, size):
-            total = int(a[i, j])
-            for k in range(j):
+        column = a[j:, j].tolist()
+        for k in range(j):
+            for i, total in enumerate(column, j):
                 product = build.same("mul", int(factor[i, k]), int(factor[j, k]))
-                total = build.same("sub", total, product)
-            if i == j:
-                inverse = build.same("rsqrt", total)
-                factor[j, j] = build.same("sqrt", total)
-            else:
-                factor[i, j] = build.same("mul", total, inverse)
+                column[i - j] = build.same("sub", total, product)
+        inverse = build.same("rsqrt", column[0])
+        factor[j, j] = build.same("sqrt", column[0])
+        factor[j + 1 :, j] = [build.same("mul", total, inverse) for total in column[1:]]
     return factor
 
 
@@ -225,4 +223,3 @@ HANDLERS: dict[str, Handler] = {
     "triangular_solve": _triangular_solve,
     "sort": _sort,
 }
-_ = (Known, is_signed)

@@ -7,7 +7,7 @@ does stands in tables, one room each: `moving`, `elementwise`, `indexing`, `summ
 """
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -99,9 +99,13 @@ class Tracer:
                 return handler(self, equation.params, inputs, equation)
             if all(isinstance(value, Known) for value in inputs):
                 return self._eagerly(equation, inputs)
+            raise Refusal("is not known to it")
         except Refusal as refusal:
-            raise refused(equation, str(refusal)) from None
-        raise refused(equation, "is not known to it")
+            refusal.primitive = refusal.primitive or name
+            where = _line(equation)
+            if not where:  # inside a function of JAX's own: the equation that calls it has a line
+                raise
+            raise refusal.error(where) from None
 
     def _eagerly(self, equation: Equation, inputs: list[Value]) -> list[Value]:
         """Lets JAX compute what has no handler here and depends on no walker."""
@@ -155,14 +159,13 @@ class Tracer:
         """Returns what numpy makes of arrays whose numbers are only moved, never computed with."""
         dtype = values[0].dtype
         if len(values) == 1 or all(isinstance(value, Known) for value in values):
-            moved = mover(*(value.array for value in values))
+            moved = np.asarray(mover(*(value.array for value in values)))
             return Known(moved) if isinstance(values[0], Known) else Nodes(moved, dtype)
-        return Nodes(
-            mover(*(v.array if isinstance(v, Nodes) else self.nodes(v) for v in values)), dtype
-        )
+        ids = (v.array if isinstance(v, Nodes) else self.nodes(v) for v in values)
+        return Nodes(np.asarray(mover(*ids)), dtype)
 
     @contextmanager
-    def inside(self, *, region: int | None = None, guard: int | None = None) -> Iterator[None]:
+    def inside(self, *, region: int | None = None, guard: int | None = None) -> Generator[None]:
         """Traces what follows inside a loop, or where only some walkers take part."""
         before = self.region, self.guard
         if region is not None:
@@ -179,13 +182,18 @@ class Tracer:
 class Refusal(Exception):
     """Raised by a handler that cannot do what is asked of it; the message ends the sentence."""
 
+    primitive = ""
 
-def refused(equation: Equation, reason: str) -> CannotCompileError:
-    """Returns the error that names a primitive and the line of user code that made it."""
+    def error(self, where: str) -> CannotCompileError:
+        """Returns the error that names the primitive and the line of user code that made it."""
+        return CannotCompileError(
+            f"the lanes engine cannot compile `{self.primitive}` from {where}: it {self}; "
+            "use --engine mjx, which runs anything that JAX can trace"
+        )
+
+
+def _line(equation: Equation) -> str:
+    """Returns the file, line and function that made an equation, or nothing if JAX forgot."""
     from jax._src import source_info_util  # no public way to a traced line; JAX 0.10
 
-    where = source_info_util.summarize(equation.source_info)
-    return CannotCompileError(
-        f"the lanes engine cannot compile `{equation.primitive.name}` from {where}: it {reason}; "
-        "use --engine mjx, which runs anything that JAX can trace"
-    )
+    return source_info_util.summarize(equation.source_info)

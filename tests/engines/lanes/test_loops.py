@@ -1,0 +1,192 @@
+"""Loops: refilled lanes, masks, invariants, and what must not depend on anything else."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax import lax
+
+from mjxwalk.engines import lanes
+
+KEY = np.random.default_rng(11)
+STARTS = KEY.normal(size=203).astype(np.float32)
+GROUND = KEY.normal(size=(3, 50)).astype(np.float32)
+
+
+def stroll(start, ground, row, limit):
+    """A walk over a table that ends at a different step for every walker."""
+
+    def walking(state):
+        step, place, _ = state
+        return (step < limit) & (jnp.abs(place) < 4)
+
+    def step(state):
+        count, place, seen = state
+        node = jnp.floor(place * 10).astype(jnp.int32) + 25
+        height = ground[row, node]
+        return count + 1, place + 0.1 * jnp.sin(place * 3) + 0.05 * height, seen + height**2
+
+    return lax.while_loop(walking, step, (0, start, 0.0))
+
+
+def strolls(starts, **settings):
+    rows = (np.arange(len(starts)) % 3).astype(np.int32)
+    mapped = lanes.vmap(stroll, (0, None, 0, None), **settings)
+    return mapped(starts, GROUND, rows, 300), mapped
+
+
+def bits(tree):
+    """Returns every number's bits, so that NaN equals NaN and zeros have signs."""
+    return [np.asarray(leaf).view(np.uint32) for leaf in jax.tree.leaves(tree)]
+
+
+@pytest.mark.parametrize("width", [4, 8, 16])
+def test_walkers_that_end_at_different_steps_agree_with_jax(width):
+    rows = (np.arange(203) % 3).astype(np.int32)
+    want = jax.jit(jax.vmap(stroll, (0, None, 0, None)))(STARTS, GROUND, rows, 300)
+    got, _ = strolls(STARTS, width=width)
+    same = got[0] == np.asarray(want[0])
+    assert same.mean() > 0.95  # a walker on the edge of a node may take the other by rounding
+    np.testing.assert_allclose(got[1][same], np.asarray(want[1])[same], rtol=1e-3, atol=1e-3)
+
+
+def test_bits_do_not_depend_on_threads():
+    one, _ = strolls(STARTS, threads=1)
+    for threads in (2, 5):
+        many, _ = strolls(STARTS, threads=threads)
+        for first, second in zip(bits(one), bits(many), strict=True):
+            np.testing.assert_array_equal(first, second)
+
+
+def test_bits_do_not_depend_on_the_batch_or_the_lane():
+    whole, mapped = strolls(STARTS)
+    order = KEY.permutation(203)[:61]
+    some = mapped(STARTS[order], GROUND, (order % 3).astype(np.int32), 300)
+    for first, second in zip(bits(whole), bits(some), strict=True):
+        np.testing.assert_array_equal(first[order], second)
+
+
+def test_absurd_walkers_leave_their_neighbours_alone():
+    whole, _ = strolls(STARTS)
+    mixed = STARTS.copy()
+    mixed[::4] = np.resize(np.float32([np.nan, np.inf, -np.inf, 1e30, -3e38, 1e-45]), 51)
+    others, _ = strolls(mixed)
+    untouched = np.arange(203) % 4 != 0
+    for first, second in zip(bits(whole), bits(others), strict=True):
+        np.testing.assert_array_equal(first[untouched], second[untouched])
+
+
+def test_utilisation_counts_the_lanes_that_had_a_walker():
+    mapped = lanes.vmap(lambda n: lax.while_loop(lambda i: i < n, lambda i: i + 1, 0),
+                        width=4, threads=1)  # fmt: skip
+    assert (mapped(np.full(8, 10, np.int32)) == 10).all()
+    assert mapped.utilisation == 1.0
+    mapped(np.array([10, 10, 10, 10, 10], np.int32))
+    assert mapped.utilisation == 50 / 80  # the fifth walks alone
+
+
+def test_a_walker_that_never_starts_has_its_initial_state():
+    mapped = lanes.vmap(lambda n: lax.while_loop(lambda i: i < n, lambda i: i + 1, 7))
+    np.testing.assert_array_equal(
+        mapped(np.arange(20, dtype=np.int32)), np.maximum(np.arange(20), 7)
+    )
+
+
+def test_inner_loops_run_until_each_lane_has_had_enough():
+    def function(w):
+        def outer(state):
+            i, total = state
+            turns, total = lax.while_loop(
+                lambda s: (s[0] < 5) & (s[1] < 2.0),
+                lambda s: (s[0] + 1, s[1] * 1.5 + w),
+                (0, total),
+            )
+            return i + turns + 1, total * 0.3
+
+        return lax.while_loop(lambda s: s[0] < 20, outer, (0, jnp.abs(w)))
+
+    got, want = lanes.vmap(function)(np.abs(STARTS)), jax.vmap(function)(np.abs(STARTS))
+    np.testing.assert_array_equal(got[0], want[0])
+    np.testing.assert_allclose(got[1], want[1], rtol=1e-5)
+
+
+def test_a_loop_in_a_branch_runs_only_for_those_who_take_it():
+    def endless(x):  # never ends unless x is positive
+        return lax.while_loop(lambda y: y < 10, lambda y: y + x, x)
+
+    def function(x):
+        return lax.cond(x > 0.1, endless, lambda y: y, x)
+
+    np.testing.assert_allclose(lanes.vmap(function)(STARTS),
+                               [function(x) for x in STARTS], rtol=1e-5)  # fmt: skip
+
+
+def test_loops_one_after_another_agree_with_jax():
+    def function(x):
+        a = lax.while_loop(lambda y: y < 3, lambda y: y * 1.1 + 0.1, jnp.abs(x))
+        b = lax.while_loop(lambda s: s[1] < 40, lambda s: (jnp.sin(s[0]) + a, s[1] + 1), (x, 0))[0]
+        return a, lax.while_loop(lambda y: y < a + b, lambda y: y + 1.0, x)
+
+    got, want = lanes.vmap(function)(STARTS), jax.vmap(function)(STARTS)
+    for ours, theirs in zip(got, want, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-4)
+
+
+def test_carries_that_never_change_and_that_nobody_reads_cost_nothing():
+    def lean(x):
+        return lax.while_loop(lambda s: s[1] < 9, lambda s: (s[0] * x, s[1] + 1), (x, 0))[0]
+
+    def fat(x):
+        def step(s):
+            power, count, constant, unread = s
+            return power * constant, count + 1, constant, unread * 1.1 + power
+
+        return lax.while_loop(lambda s: s[1] < 9, step, (x, 0, x, x))[0]
+
+    one, other = lanes.vmap(lean), lanes.vmap(fat)
+    np.testing.assert_array_equal(one(STARTS), other(STARTS))
+    assert one.compiled.operations == other.compiled.operations
+
+
+@pytest.mark.parametrize("index", [-1000, -51, -3, 0, 49, 50, 2**31 - 1])
+def test_every_index_stays_inside_the_table(index):
+    def function(i, table):
+        place = (i,)
+        return (
+            table[i],
+            table.at[place].get(mode="fill"),
+            lax.dynamic_slice(table, place, (3,)),
+            jnp.take(table, i, mode="clip"),
+        )
+
+    table, indices = GROUND[0], np.full(5, index, np.int32)
+    for own in (None, 0):
+        tables = table if own is None else np.tile(table, (5, 1))
+        got = lanes.vmap(function, (0, own))(indices, tables)
+        want = jax.jit(jax.vmap(function, (0, own)))(indices, tables)
+        for ours, theirs in zip(got, want, strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+
+
+def test_arrays_written_at_computed_places_agree_with_jax():
+    def function(x, i):
+        values = jnp.stack([x, x * 2, x * 3, x * 4, -x])
+        return (
+            values.at[i].set(9.0),
+            values.at[i].add(x),
+            lax.dynamic_update_slice(values, jnp.stack([x, x]), (i,)),
+            values[i],
+            jnp.arange(40.0)[i],
+        )
+
+    i = KEY.integers(-8, 9, 203).astype(np.int32)
+    got, want = lanes.vmap(function)(STARTS, i), jax.jit(jax.vmap(function))(STARTS, i)
+    for ours, theirs in zip(got, want, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-6)
+
+
+def test_writing_a_large_array_at_a_computed_place_is_refused():
+    with pytest.raises(
+        lanes.CannotCompileError, match=r"scatter.*places that each walker computes"
+    ):
+        lanes.vmap(lambda i: jnp.zeros(100_000).at[i].set(1.0).sum())(np.arange(3))

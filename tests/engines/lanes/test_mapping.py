@@ -1,0 +1,182 @@
+"""`lanes.vmap` against `jax.jit(jax.vmap)`."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax import lax
+
+from mjxwalk.engines import lanes
+
+KEY = np.random.default_rng(3)
+X = KEY.normal(size=(37, 5)).astype(np.float32)  # not a multiple of any width
+I = KEY.integers(-20, 20, size=(37, 5)).astype(np.int32)
+U = KEY.integers(0, 1 << 32, size=(37, 5), dtype=np.uint32)
+B = X > 0
+
+
+class Pair(NamedTuple):
+    """A tree to come back as it went in."""
+
+    first: jax.Array
+    second: tuple[jax.Array, None]
+
+
+def agree(function, *args, in_axes=0, rtol=2e-6, atol=2e-6, width=None):
+    """Asserts that both compile the same function; rounding may differ by fused operations."""
+    got = lanes.vmap(function, in_axes, width=width)(*args)
+    want = jax.jit(jax.vmap(function, in_axes))(*args)
+    assert jax.tree.structure(got) == jax.tree.structure(want)
+    for ours, theirs in zip(jax.tree.leaves(got), jax.tree.leaves(want), strict=True):
+        assert (ours.shape, ours.dtype) == (theirs.shape, theirs.dtype)
+        np.testing.assert_allclose(ours, np.asarray(theirs), rtol=rtol, atol=atol)
+
+
+FUNCTIONS = {
+    "arithmetic": lambda x: x * 2 + x / 3 - (1 - x) * -x,
+    "division": lambda x: x / (x[::-1] + 3),
+    "extremes": lambda x: (jnp.maximum(x, x[0]), jnp.minimum(x, 0.5), jnp.clip(x, -0.5, 0.7)),
+    "rounding": lambda x: (jnp.floor(x), jnp.ceil(x), jnp.round(x), jnp.sign(x), jnp.trunc(x)),
+    "remainder": lambda x: (x * 7 % 3.0, jnp.fmod(x * 7, -3.0), lax.rem(x * 9, x)),
+    "powers": lambda x: (x**2, x**-3, x**7, jnp.square(x), jnp.abs(x) ** 0.3),
+    "comparisons": lambda x: (x < 0, x <= 0, x > 0.5, x >= x[0], x == x[1], x != x[2]),
+    "logic": lambda x: (~(x > 0), (x > 0) & (x < 1), (x > 0) | (x < -1), (x > 0) ^ (x > 1)),
+    "where": lambda x: jnp.where(x > 0, x, jnp.where(x > -1, 2.0, x * 3)),
+    "conversion": lambda x: (
+        (x * 50).astype(jnp.int32),
+        (x > 0).astype(jnp.float32),
+        x.astype(bool),
+    ),
+    "reductions": lambda x: (x.sum(), x.prod(), x.max(), x.min(), (x > 0).all(), (x > 0).any()),
+    "extreme places": lambda x: (x.argmax(), x.argmin(), (-x).argmax()),
+    "cumulation": lambda x: (jnp.cumsum(x), jnp.cumprod(x), lax.cummax(x, reverse=True)),
+    "moving": lambda x: (x[::-2], x[None, :, None], jnp.roll(x, 2), jnp.tile(x, 2), jnp.pad(x, 2)),
+    "padding": lambda x: lax.pad(x, 0.5, [(-1, 3, 2)]),
+    "joining": lambda x: (jnp.concatenate([x, x[:2]]), jnp.stack([x, -x], 1), jnp.split(x, [2])),
+    "outer": lambda x: jnp.outer(x, x) @ x,
+    "einsum": lambda x: jnp.einsum("ij,kj->ik", x.reshape(1, 5), jnp.outer(x, x)),
+    "cross": lambda x: jnp.cross(x[:3], x[2:]),
+    "norm": lambda x: x / jnp.linalg.norm(x),
+    "cholesky": lambda x: jnp.linalg.cholesky(jnp.outer(x, x) + 4 * jnp.eye(5)),
+    "solve": lambda x: jax.scipy.linalg.cho_solve(
+        jax.scipy.linalg.cho_factor(jnp.outer(x, x) + 4 * jnp.eye(5)), x
+    ),
+    "triangular": lambda x: lax.linalg.triangular_solve(
+        jnp.tril(jnp.outer(x, x)) + 2 * jnp.eye(5), x[None], left_side=False, lower=True
+    ),
+    "sorting": lambda x: (jnp.sort(x), jnp.argsort(x), lax.sort((jnp.round(x), x), num_keys=1)),
+    "median": lambda x: jnp.median(x),
+    "finite": lambda x: (jnp.isfinite(1 / (x - x[0])), jnp.isnan(jnp.log(x))),
+    "constant": lambda x: (jnp.arange(3), 1.5, x[0] * 0 + 2),
+    "switch": lambda x: lax.switch((x[0] * 3).astype(jnp.int32), [jnp.sin, jnp.cos, jnp.abs], x),
+    "cond": lambda x: lax.cond(x[0] > 0, lambda y: y * 2, lambda y: y - 1, x),
+    "scan": lambda x: lax.scan(lambda c, y: (c + y, c * y), 0.0, x, reverse=True),
+    "long scan": lambda x: lax.scan(lambda c, y: (c * 0.9 + y, c), x[0], jnp.arange(900.0) / 900)[
+        0
+    ],
+    "fori": lambda x: lax.fori_loop(0, 2_000, lambda i, s: s * 0.99 + x[i % 5], x[0]),
+    "custom derivative": lambda x: jax.nn.relu(x) + jax.nn.silu(x),
+    "gradient": lambda x: jax.grad(lambda y: jnp.sum(jnp.sin(y) * y**2))(x),
+    "checkpoint": lambda x: jax.checkpoint(jnp.sin)(x),
+    "weak types": lambda x: x + 1 * 2.5,
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_function_agrees_with_jax(name):
+    agree(FUNCTIONS[name], X, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("width", [4, 8, 16])
+@pytest.mark.parametrize("name", ["arithmetic", "logic", "conversion", "solve", "fori", "sorting"])
+def test_every_width_gives_the_same(name, width):
+    agree(FUNCTIONS[name], X, width=width, rtol=1e-5, atol=1e-5)
+
+
+INTEGERS = {
+    "arithmetic": lambda i, j: (i + j, i - j, i * j, -i, abs(i)),
+    "division": lambda i, j: (lax.div(i, j), lax.rem(i, j), i // 3, i % 7),
+    "bits": lambda i, j: (i & j, i | j, i ^ j, ~i),
+    "shifts": lambda i, j: (
+        lax.shift_left(i, j),
+        lax.shift_right_logical(i, j),
+        lax.shift_right_arithmetic(i, j),
+    ),
+    "comparisons": lambda i, j: (i < j, i <= j, i == j, jnp.maximum(i, j), jnp.minimum(i, j)),
+    "conversion": lambda i, j: (i.astype(jnp.float32), i.astype(bool), i.astype(jnp.uint8)),
+    "bits as floats": lambda i, j: lax.bitcast_convert_type(i, jnp.float32) == 0,
+}
+
+
+@pytest.mark.parametrize("numbers", [I, U], ids=["signed", "unsigned"])
+@pytest.mark.parametrize("name", INTEGERS)
+def test_integers_agree_with_jax(name, numbers):
+    j = np.roll(numbers, 1, 0)
+    j[::3] = 0  # divisors of zero, distances of none
+    agree(INTEGERS[name], numbers, j)
+
+
+def test_the_lowest_integer_by_minus_one_does_not_trap():
+    lowest = np.full(3, np.iinfo(np.int32).min, np.int32)
+    agree(lambda i, j: (lax.div(i, j), lax.rem(i, j)), lowest, np.full(3, -1, np.int32))
+
+
+def test_conversion_to_integers_clamps_and_sends_nan_to_zero():
+    points = np.array([np.nan, np.inf, -np.inf, 3e9, -3e9, 2147483520.0, 1.9, -1.9], np.float32)
+    agree(lambda x: (x.astype(jnp.int32), x.astype(jnp.uint32), x.astype(jnp.int8)), points)
+
+
+@pytest.mark.parametrize("extreme", [jnp.maximum, jnp.minimum])
+def test_extremes_pass_nan_on_from_either_side(extreme):
+    x = np.array([np.nan, 1.0, np.nan, 2.0], np.float32)
+    y = np.array([1.0, np.nan, np.nan, 3.0], np.float32)
+    agree(extreme, x, y)
+    agree(lambda x: extreme(x, 0.5), x)
+
+
+def test_trees_and_axes_are_those_of_vmap():
+    def function(pair, scale, *, shift):
+        return Pair(pair["a"].sum() * scale + shift, (pair["b"], None))
+
+    args = ({"a": X.T, "b": I}, np.float32(3))
+    mapped = lanes.vmap(function, ({"a": 1, "b": 0}, None))
+    got = mapped(*args, shift=X[:, 0])
+    want = jax.vmap(function, ({"a": 1, "b": 0}, None))(*args, shift=X[:, 0])
+    assert isinstance(got, Pair) and got.second[1] is None
+    np.testing.assert_allclose(got.first, want.first, rtol=1e-6)
+    np.testing.assert_array_equal(got.second[0], want.second[0])
+
+
+def test_a_tree_of_none_has_no_axis():
+    agree(lambda p: p["x"] + 1, {"x": X, "unused": None})
+
+
+def test_booleans_go_in_and_out():
+    agree(lambda b: (b, ~b, b.sum(), jnp.where(b, 1, 2)), B)
+
+
+def test_numpy_doubles_become_what_jax_makes_of_them():
+    assert lanes.vmap(lambda x: x * 2)(X.astype(np.float64)).dtype == np.float32
+
+
+def test_it_runs_inside_jit():
+    def total(x):
+        return lanes.vmap(lambda y: (y * 2).sum())(x) + 1
+
+    np.testing.assert_allclose(jax.jit(total)(X), total(X), rtol=1e-6)
+
+
+def test_no_walkers_give_empty_results():
+    assert lanes.vmap(lambda x: x.sum())(X[:0]).shape == (0,)
+
+
+def test_unequal_axes_are_refused():
+    with pytest.raises(ValueError, match="one size, got"):
+        lanes.vmap(lambda x, y: x + y)(X, X[:3])
+
+
+def test_an_unknown_primitive_is_refused_with_its_name_and_line():
+    with pytest.raises(lanes.CannotCompileError, match=r"`eigh`.*test_mapping\.py.*--engine mjx"):
+        lanes.vmap(lambda x: jnp.linalg.eigh(jnp.outer(x, x))[0])(X)
