@@ -1,4 +1,4 @@
-"""The planar body in C MuJoCo, float64, under forces worked out anew in numpy from its Jacobians."""
+"""The planar body in C MuJoCo, float64, with its forces worked out anew from the Jacobians."""
 
 from typing import Any
 

@@ -1,8 +1,8 @@
 """Linear reactive control: every joint's drive is a weighted sum of the walker's senses.
 
 Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
-walking over rough terrain", Adaptive Behavior 21(1), sections 2.4 to 2.6 and Appendix B. Networks and
-inputs belong to roles (stance, swing), not to sides.
+walking over rough terrain", Adaptive Behavior 21(1), sections 2.4 to 2.6 and Appendix B. Networks
+and inputs belong to roles (stance, swing), not to sides.
 """
 
 import dataclasses

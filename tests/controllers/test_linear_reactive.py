@@ -63,7 +63,9 @@ def test_lpd_has_18_links_and_fil_96() -> None:
     assert int(FIL.mask().walking.sum()) == 96
     links = local_links()
     for network in NETWORKS:
-        seen = [name for name, link in zip(INPUTS, links[NETWORKS.index(network)]) if link]
+        seen = [
+            name for name, link in zip(INPUTS, links[NETWORKS.index(network)], strict=True) if link
+        ]
         assert seen == [network, f"{network} rate", "bias"]
 
 

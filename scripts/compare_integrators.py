@@ -1,0 +1,75 @@
+"""Tries a run's champion under other time steps and integrators: does its gait hang on them?"""
+
+import dataclasses
+import sys
+from typing import Any
+
+from mjxwalk import cli, runs
+from mjxwalk.cli.parsing import RunFolder
+
+VARIANTS = (
+    ("implicit", 0.001),
+    ("implicit", 0.0005),
+    ("implicit", 0.00025),
+    ("explicit", 0.0002),  # the paper's
+    ("explicit", 0.0001),
+)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class CompareIntegrators:
+    """Compare the champion's trials under the implicit and the explicit integrator.
+
+    Attributes:
+      run_folder: the run's folder.
+      terrains: new terrains, the same for every integrator.
+      seed: of the terrains.
+    """
+
+    run_folder: RunFolder
+    terrains: int = 1000
+    seed: int = 0
+
+    def run(self) -> int:
+        """Prints the table and returns the exit code.
+
+        Raises:
+          RunError: there is no such run, or it has no generation yet.
+        """
+        if self.terrains < 1:
+            raise runs.RunError(f"--terrains must be at least 1, got {self.terrains}")
+        run = runs.load(self.run_folder)
+        arrays = run.champion or run.elite
+        if not arrays:
+            raise runs.RunError(f"{self.run_folder} has not saved a generation yet")
+        experiment = run.experiment()
+        genotype = runs.unflatten(experiment.template(), arrays)
+        print("| integrator | step (ms) | distance (m) | falls | speed (m/s) | cost of transport |")
+        print("| --- | --- | --- | --- | --- | --- |")
+        for integrator, timestep in VARIANTS:
+            env = dataclasses.replace(experiment.env, integrator=integrator, timestep=timestep)
+            figures = self._try(dataclasses.replace(experiment, env=env), genotype)
+            print(f"| {integrator} | {1000 * timestep:g} | {figures} |", flush=True)
+        return 0
+
+    def _try(self, experiment: Any, genotype: Any) -> str:
+        import jax
+        import numpy as np
+
+        from mjxwalk import engines
+        from mjxwalk.evaluation import make_evaluator
+        from mjxwalk.evolution.measuring import cost_of_transport, speed
+
+        engines.prepare()
+        heights = experiment.sample_terrains(jax.random.key(self.seed), self.terrains, 0)
+        population = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
+        trials = make_evaluator(experiment, "auto").evaluate(population, heights)
+        return (
+            f"{trials.distance.mean():.2f} | {trials.fell.mean():.1%} | "
+            f"{speed(trials.distance, trials.duration):.3f} | "
+            f"{cost_of_transport(trials.work, trials.distance, experiment.weight):.3f}"
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run("compare_integrators.py", CompareIntegrators))
