@@ -4,7 +4,7 @@ import sys
 import time
 from collections import deque
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from mjxwalk.runs import Config, Metrics, Result
 
@@ -12,6 +12,7 @@ LINE_INTERVAL = 1.0  # s between plain lines: generations may take milliseconds
 RECENT = 20  # generations that the time left is judged by
 
 
+@runtime_checkable
 class Progress(Protocol):
     """Shows a run."""
 
@@ -148,7 +149,7 @@ def closing(path: Path, config: Config, result: Result) -> list[str]:
     ]
 
 
-def count(number: float) -> str:
+def count(number: int | float) -> str:
     """Returns a number with k, M or G, three digits or so."""
     for factor, unit in ((1e9, " G"), (1e6, " M"), (1e3, " k")):
         if number >= factor:

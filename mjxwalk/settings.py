@@ -94,7 +94,7 @@ def _parse(settings: object, name: str, text: str, path: str) -> object:
     except msgspec.ValidationError:
         pass
     try:
-        # Not JSON, or not meant as such: .5, a string of digits.
+        # Not meant as JSON: a text of digits.
         return msgspec.convert(text, annotation, strict=False)
     except msgspec.ValidationError:
         raise RunError(f"{path} must be {_words(annotation)}, got {text!r}") from None
@@ -104,6 +104,10 @@ def _loose(text: str) -> object:
     try:
         return msgspec.json.decode(text)
     except msgspec.DecodeError:
+        pass
+    try:
+        return float(text)  # as people write it: .5
+    except ValueError:
         return text
 
 

@@ -4,9 +4,9 @@ It obeys the interfaces of an experiment and of an evaluator, and a generation t
 """
 
 import dataclasses
+import functools
 import sys
 import time
-from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
 
 import jax
@@ -79,8 +79,8 @@ class Toy:
 
     def make_strategy(self) -> strategies.Strategy[Any, Any]:
         """Returns the strategy."""
-        options: Mapping[str, Any] = self.strategy.options
-        return strategies.make(self.strategy.name, population_size=self.population_size, **options)
+        options = tuple(self.strategy.options.items())
+        return _make_strategy(self.strategy.name, self.population_size, options)
 
     def sample_terrains(
         self, key: PRNGKeyArray, num: int, generation: int
@@ -108,6 +108,14 @@ class Toy:
         return [(f"network {i}", f"input {j}", float(gain[i, j])) for i, j in np.ndindex(2, 3)]
 
 
+@functools.cache
+def _make_strategy(
+    name: str, population_size: int, options: tuple[tuple[str, Any], ...]
+) -> strategies.Strategy[Any, Any]:
+    # JAX compiles anew for functions that it has not met; so the tests compile once.
+    return strategies.make(name, population_size=population_size, **dict(options))
+
+
 class ToyEvaluator:
     """Evaluates the toy on the CPU, as long as it was told to take."""
 
@@ -117,12 +125,19 @@ class ToyEvaluator:
         self.engine, self.why, self.devices = "mjx", "the toy has one", "1 x cpu"
         self.compile_s = 0.0
         self._delay_s = study.env.delay_s
-        self._run = jax.jit(jax.vmap(jax.vmap(study.rollout, in_axes=(None, 0)), in_axes=(0, None)))
+        self._run = _run
 
     def evaluate(self, population: Any, heights: Float[Array, "terrain node"]) -> Outcome:
         """Returns outcomes as numpy arrays [pop, terrain]."""
         time.sleep(self._delay_s)
         return jax.tree.map(np.asarray, self._run(population, heights))
+
+
+@jax.jit
+@functools.partial(jax.vmap, in_axes=(0, None))
+@functools.partial(jax.vmap, in_axes=(None, 0))
+def _run(genotype: Genotype, terrain: Float[Array, " node"]) -> Outcome:
+    return Toy().rollout(genotype, terrain)
 
 
 def _names() -> dict[str, str]:
@@ -140,7 +155,7 @@ def install(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(experiments, "names", _names)
     patch.setattr(experiments, "get", _get)
     patch.setattr(experiments, "DEFAULT", "toy")
-    patch.setattr(evaluation, "Evaluator", ToyEvaluator)
+    patch.setattr(evaluation, "make_evaluator", ToyEvaluator)
 
 
 if __name__ == "__main__":

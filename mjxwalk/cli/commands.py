@@ -6,9 +6,10 @@ needs JAX is imported inside `run`, after the arguments are known to be right.
 
 import importlib
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 
+@runtime_checkable
 class Command(Protocol):
     """A dataclass of a command's arguments."""
 

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 import mjxwalk
-from mjxwalk.cli.commands import COMMANDS, overview
+from mjxwalk.cli.commands import COMMANDS, Command, overview
 from mjxwalk.errors import RunError, near
 
 PROGRAM = "mjxwalk"
@@ -27,12 +27,27 @@ def main(args: Sequence[str] | None = None) -> int:
     if name in ("--version", "-V"):
         print(f"{PROGRAM} {mjxwalk.__version__}")
         return 0
+    if name not in COMMANDS:
+        return _fail(PROGRAM, f"unknown command {name!r}{near(name, COMMANDS)}")
+    return run(f"{PROGRAM} {name}", COMMANDS[name].load(), rest)
+
+
+def run(program: str, command: type[Command], args: Sequence[str] | None = None) -> int:
+    """Runs one command, of ours or of a script, and returns its exit code.
+
+    Args:
+      program: what the user typed so far, for the help and the complaints.
+      command: a dataclass of arguments.
+      args: what follows; None for the arguments of this process.
+    """
+    from mjxwalk.cli.parsing import parse
+
     try:
-        return _run(name, rest)
+        parsed = parse(program, command, sys.argv[1:] if args is None else args)
+        _quieten()
+        return parsed.run()
     except RunError as error:
-        # However long the message of a library that it quotes, it is one line.
-        print(f"{PROGRAM}: {' '.join(str(error).split())}", file=sys.stderr)
-        return WRONG_INPUT
+        return _fail(program.split()[0], str(error))
     except KeyboardInterrupt:
         return STOPPED
     except BrokenPipeError:
@@ -41,20 +56,26 @@ def main(args: Sequence[str] | None = None) -> int:
         return WRONG_INPUT
 
 
-def _run(name: str, args: list[str]) -> int:
-    if name not in COMMANDS:
-        raise RunError(f"unknown command {name!r}{near(name, COMMANDS)}")
-    from mjxwalk.cli.parsing import parse
-
-    command = parse(f"{PROGRAM} {name}", COMMANDS[name].load(), args)
-    _quieten()
-    return command.run()
+def _fail(program: str, message: str) -> int:
+    # However long the message of a library that it quotes, it is one line.
+    print(f"{program}: {' '.join(message.split())}", file=sys.stderr)
+    return WRONG_INPUT
 
 
 def _quieten() -> None:
     """Leaves the terminal to us; errors of the libraries still show."""
     import logging
+    import warnings
 
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "2")
     for name in ("absl", "jax", "orbax"):
         logging.getLogger(name).setLevel(logging.ERROR)
+    # Orbax leaves its asynchronous work lying when it meets a damaged checkpoint, which we report.
+    warnings.filterwarnings("ignore", "coroutine .* was never awaited", RuntimeWarning)
+    report = sys.unraisablehook
+
+    def report_news(unraisable: "sys.UnraisableHookArgs") -> None:
+        if str(unraisable.exc_value) != "Event loop is closed":
+            report(unraisable)
+
+    sys.unraisablehook = report_news

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from mjxwalk import experiments
-from mjxwalk.cli.parsing import CountOrAll, OptionalFloat, OptionalInt, OutPath
+from mjxwalk.cli.parsing import CountOrAll, OptionalFloat, OptionalInt, OutPath, RunFolder
 from mjxwalk.errors import Interrupted, RunError, near
 
 if TYPE_CHECKING:
@@ -43,7 +43,9 @@ class Evolve:
       set: any other setting, such as strategy.sigma=0.1.
     """
 
-    experiment: tyro.conf.Positional[str] = experiments.DEFAULT
+    experiment: tyro.conf.Positional[Annotated[str, tyro.conf.arg(metavar="EXPERIMENT")]] = (
+        experiments.DEFAULT
+    )
     seed: int = 0
     generations: OptionalInt = None
     population: OptionalInt = None
@@ -121,7 +123,7 @@ class Resume:
       run_folder: the run's folder.
     """
 
-    run_folder: tyro.conf.Positional[Path]
+    run_folder: RunFolder
 
     def run(self) -> int:
         """Goes on with the run and returns the exit code.
@@ -168,7 +170,7 @@ def _work_interruptibly(
         return 0
     engine = settings.engine if new is not None else manifest.engine(path, settings.engine)
     try:
-        evaluator = evaluation.Evaluator(settings.experiment, engine)
+        evaluator = evaluation.make_evaluator(settings.experiment, engine)
     except ValueError as error:
         raise RunError(str(error)) from None
     if new is not None:

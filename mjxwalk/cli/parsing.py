@@ -49,7 +49,8 @@ def sentence(box: str) -> str:
             lines.append(line)
     text = (
         " ".join(lines)
-        .rstrip(".")
+        .removesuffix("(required)")
+        .rstrip(". ")
         .removeprefix("Error parsing ")
         .replace(": must be", " must be", 1)
     )
@@ -99,6 +100,7 @@ def _count_or_all(text: str) -> int | None:
 
 
 EXPERIMENT = "per-experiment"
+RunFolder: TypeAlias = tyro.conf.Positional[Annotated[Path, tyro.conf.arg(metavar="RUN")]]
 OptionalInt: TypeAlias = Annotated[
     int | None, _primitive("INT", int, "a whole number", none=EXPERIMENT)
 ]

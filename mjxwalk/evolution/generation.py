@@ -5,7 +5,7 @@ draws from fold_in(key(seed), g); fold_in(key(seed), 0) serves what comes before
 """
 
 import time
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
@@ -20,11 +20,19 @@ from mjxwalk.strategies import Strategy
 NUM_ELITES = 50  # Solomon et al. (2013): the winner is sought among as many last generations' best
 
 
+@runtime_checkable
 class Study(Protocol):
     """What can be evolved: an experiment, or as much of one as the loop needs."""
 
-    generations: int
-    terrains_per_evaluation: int
+    @property
+    def generations(self) -> int:
+        """How many of them."""
+        ...
+
+    @property
+    def terrains_per_evaluation(self) -> int:
+        """Trials of each genotype, each on a terrain of its own."""
+        ...
 
     @property
     def weight(self) -> float:
@@ -44,6 +52,7 @@ class Study(Protocol):
         ...
 
 
+@runtime_checkable
 class Evaluator(Protocol):
     """Runs a study's rollout for populations."""
 
@@ -163,7 +172,7 @@ class Evolution:
             elite=elite,
             elites=_push(state.elites, elite, fitness[best], generation),
         )
-        compile_s = self._evaluator.compile_s - compiled
+        compile_s = max(0.0, self._evaluator.compile_s - compiled)
         evaluate_s = evaluating_done - asking_done - compile_s
         return after, measure(
             outcome,

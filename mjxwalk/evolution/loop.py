@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +15,7 @@ from mjxwalk.runs.checkpoints import Checkpoints, restore_newest
 from mjxwalk.runs.trees import flatten, unflatten
 
 
+@runtime_checkable
 class Reporter(Protocol):
     """Shows how a run gets on."""
 

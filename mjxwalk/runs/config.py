@@ -61,12 +61,12 @@ def write(folder: Path, config: Config) -> None:
     Raises:
       RunError: the settings would not read back as they are.
     """
-    if _from_file(_to_file(config), config.experiment) != config:
+    text = msgspec.json.encode(_to_file(config))
+    if not _reads_back(text, config):
         raise RunError(
             f"experiment {config.experiment.name} has a setting that JSON cannot hold, so the run "
-            "could not be repeated; use numbers, strings, lists and tables"
+            "could not be repeated; use finite numbers, texts, lists and tables"
         )
-    text = msgspec.json.encode(_to_file(config))
     files.replace(folder / FILE, msgspec.json.format(text, indent=2) + b"\n")
 
 
@@ -104,6 +104,13 @@ def _read_file(folder: Path) -> _File:
         return msgspec.json.decode(raw, type=_File)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise RunError(f"{path} cannot be read: {error}") from None
+
+
+def _reads_back(text: bytes, config: Config) -> bool:
+    try:
+        return _from_file(msgspec.json.decode(text, type=_File), config.experiment) == config
+    except RunError:
+        return False
 
 
 def _to_file(config: Config) -> _File:

@@ -1,6 +1,7 @@
 """What a finished run came to, as the files `result.json` and `champion.npz`."""
 
 import io
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -58,12 +59,22 @@ def write(folder: Path, result: Result, genotype: Mapping[str, npt.NDArray[Any]]
     Raises:
       RunError: the files cannot be written, for example because the disk is full.
     """
-    buffer = io.BytesIO()
-    # By keyword only; a name such as "file" would clash with savez's own argument.
-    np.savez(buffer, allow_pickle=False, **dict(genotype))
-    files.replace(folder / CHAMPION_FILE, buffer.getvalue())
+    files.replace(folder / CHAMPION_FILE, npz(genotype))
     text = msgspec.json.format(msgspec.json.encode(result), indent=2)
     files.replace(folder / FILE, text + b"\n")
+
+
+def npz(arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
+    """Returns the content of an npz file that is the same for the same arrays.
+
+    `numpy.savez` writes the time of day into it, and refuses an array named "file".
+    """
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, array in arrays.items():
+            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as file:
+                np.lib.format.write_array(file, np.asarray(array), allow_pickle=False)
+    return buffer.getvalue()
 
 
 def read(folder: Path) -> Result | None:
