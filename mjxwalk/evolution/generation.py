@@ -120,7 +120,7 @@ class Evolution:
         key = jax.random.key(seed)
         key_init, _ = outer_keys(key)
         template = self._study.template()
-        strategy = self._init(key_init, template)
+        strategy = _on_host(self._init(key_init, template))
         population, _ = jax.eval_shape(self._ask, key, strategy)
         size = jax.tree.leaves(population)[0].shape[0]
         empty = np.full(size, np.nan, np.float32)
@@ -131,7 +131,7 @@ class Evolution:
             population=jax.tree.map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), population),
             fitness=empty,
             outcome=Trials(*[empty] * len(Trials._fields)),
-            elite=jax.tree.map(np.asarray, template),
+            elite=_on_host(template),
             elites=Elites(
                 genotypes=jax.tree.map(lambda leaf: np.stack([leaf] * NUM_ELITES), template),
                 fitness=np.full(NUM_ELITES, np.nan, np.float32),
@@ -154,18 +154,18 @@ class Evolution:
         study = self._study
         terrains = study.sample_terrains(key_terrains, study.terrains_per_evaluation, generation)
         population, asked = self._ask(key_ask, state.strategy)
-        population = jax.tree.map(np.asarray, population)
+        population = _on_host(population)
         asking_done = time.perf_counter()
         outcome = self._evaluator.evaluate(population, terrains)
         evaluating_done = time.perf_counter()
         fitness = over_terrains(outcome.fitness)
-        strategy, told = jax.block_until_ready(self._tell(key_tell, population, fitness, asked))
+        strategy, told = self._tell(key_tell, population, fitness, asked)
         best = fittest(fitness)
         elite = jax.tree.map(lambda leaf: leaf[best], population)
         after = RunState(
             generation=np.asarray(generation, np.int32),
             key=state.key,
-            strategy=strategy,
+            strategy=_on_host(strategy),
             population=population,
             fitness=fitness,
             outcome=summarise(outcome),
@@ -195,6 +195,12 @@ def outer_keys(key: PRNGKeyArray) -> tuple[PRNGKeyArray, PRNGKeyArray]:
 def fittest(fitness: Float[np.ndarray, " pop"]) -> int:
     """Returns the place of the highest fitness; NaN is lower than any."""
     return int(np.argmax(np.where(np.isnan(fitness), -np.inf, fitness)))
+
+
+def _on_host(tree: Any) -> Any:
+    # A state as it comes back from the disk; it also keeps JAX from compiling a second time for
+    # arrays that differ only in whether their type is weak.
+    return jax.tree.map(np.asarray, tree)
 
 
 def _push(elites: Elites, genotype: Any, fitness: Any, generation: int) -> Elites:
