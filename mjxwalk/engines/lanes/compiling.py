@@ -11,7 +11,7 @@ import numpy as np
 
 from mjxwalk import __version__
 from mjxwalk.engines.lanes import cache, control, elementwise, indexing, moving, summing, target
-from mjxwalk.engines.lanes.emit import Target
+from mjxwalk.engines.lanes.code import Target
 from mjxwalk.engines.lanes.frame import Argument, Result
 from mjxwalk.engines.lanes.graph import Graph
 from mjxwalk.engines.lanes.identity import Identity, Unnamed, decoded, encoded, holds, manifest
@@ -32,7 +32,7 @@ VERSIONS = (__version__, llvmlite.__version__, jax.__version__, np.__version__)
 
 @dataclasses.dataclass(frozen=True)
 class Abstract:
-    """What is known of an argument before it is there: one walker's shape, type and whether shared."""
+    """What is known of an argument in advance: one walker's shape, type and whether shared."""
 
     shape: tuple[int, ...]
     dtype: str
@@ -50,7 +50,7 @@ class Compiled:
     """A kernel ready to run, and what there is to say about it.
 
     Attributes:
-      output_shapes, output_dtypes: of every output of one walker, in the order of the tree's leaves.
+      output_shapes, output_dtypes: of every output of one walker, in the tree's order.
       seconds: what tracing and compiling took.
       cached: whether it came from the disk.
     """
@@ -75,7 +75,7 @@ def traced(
     jaxpr, shapes = jax.make_jaxpr(function, return_shape=True)(*args, **kwargs)
     tracer = Tracer(HANDLERS)
     inputs = [
-        Nodes(np.arange(ARGUMENT * (n + 1), ARGUMENT * (n + 1) + a.size).reshape(a.shape), a.dtype)
+        Nodes((ARGUMENT * (n + 1) + np.arange(a.size)).reshape(a.shape), a.dtype)
         for n, a in enumerate(abstracts)
     ]
     try:
@@ -89,7 +89,7 @@ def traced(
 def compiled(
     function: Callable[..., Any], tree: Any, abstracts: Sequence[Abstract], chosen: Target
 ) -> Compiled:
-    """Returns the kernel of a function of one walker: from the disk if it is there, else made now."""
+    """Returns the kernel of a function of one walker, from the disk if it is there."""
     start = time.perf_counter()
     name, modules = _name(function, tree, abstracts, chosen)
     found = _found(name, chosen, start) if name else None
@@ -135,7 +135,7 @@ def _name(
         text = identity.text(function)
     except Unnamed:
         return "", set()
-    settings = f"x64={jax.config.jax_enable_x64}"
+    settings = f"x64={jax.config.values['jax_enable_x64']}"
     parts = (text, str(tree), repr(tuple(abstracts)), repr(chosen), settings, *VERSIONS)
     return cache.digest("function", *parts), identity.modules
 

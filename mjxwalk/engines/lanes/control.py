@@ -69,7 +69,7 @@ class _Carried:
 
 
 def _loop(t: Tracer, carried: list[Value], test: Any, step: Any) -> list[Value]:
-    """Returns what `carried` becomes while `test` holds; both are functions of the carried arrays."""
+    """Returns what `carried` becomes by `step`, while `test` of the carried arrays holds."""
     shape = _Carried(t, carried)
     graph, build = t.graph, t.build
     initial = shape.flat(carried)

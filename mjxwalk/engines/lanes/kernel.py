@@ -15,11 +15,11 @@ for all lanes there, which changes nothing for those that run: it depends on the
 import dataclasses
 from collections.abc import Sequence
 
-
-from mjxwalk.engines.lanes.emit import Target, literal, memory_type
-from mjxwalk.engines.lanes.frame import Argument, Frame, Result
+from mjxwalk.engines.lanes.code import Target, literal, memory_type
+from mjxwalk.engines.lanes.frame import Argument, Result
 from mjxwalk.engines.lanes.graph import Array
 from mjxwalk.engines.lanes.program import Program, Turns
+from mjxwalk.engines.lanes.walkers import Walkers
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Kernel:
 
 
 ENTRY = (
-    "define void @lanes(ptr noalias %inputs, ptr noalias %outputs, ptr noalias align 64 %workspace, "
-    "i64 %count, ptr noalias %next, ptr %stop, ptr noalias %spent)"
+    "define void @lanes(ptr noalias %inputs, ptr noalias %outputs, ptr noalias align 64 "
+    "%workspace, i64 %count, ptr noalias %next, ptr %stop, ptr noalias %spent)"
 )
 
 # A vector on the stack makes LLVM align all of it: spilled vectors then never straddle two lines.
@@ -46,14 +46,14 @@ def kernel(
     program: Program, arguments: Sequence[Argument], results: Sequence[Result], target: Target
 ) -> Kernel:
     """Returns the IR of a program for a target."""
-    frame = Frame(program, arguments, results, target)
+    frame = Walkers(program, arguments, results, target)
     write = _refilling if program.loop is not None else _in_batches
     write(frame)
     tables = [_table(name, array) for name, array in program.graph.tables.items()]
     enter, leave, declared = _subnormals_as_zero(target.processor)
     text = "\n".join(
-        [*tables, ENTRY + " {", "entry:", *ALIGNED_STACK, *enter, *frame.lines, "leave:", *leave, "  ret void", "}",
-         *sorted(frame.declared | declared)]
+        [*tables, ENTRY + " {", "entry:", *ALIGNED_STACK, *enter, *frame.lines,
+         "leave:", *leave, "  ret void", "}", *sorted(frame.declared | declared)]
     )  # fmt: skip
     return Kernel(text, frame.workspace)
 
@@ -96,7 +96,7 @@ def _subnormals_as_zero(processor: str) -> tuple[list[str], list[str], set[str]]
     return [], [], set()
 
 
-def _in_batches(f: Frame) -> None:
+def _in_batches(f: Walkers) -> None:
     """A function without a loop: a vector of walkers after another."""
     f.go("batch")
     f.label("batch")
@@ -121,7 +121,7 @@ def _in_batches(f: Frame) -> None:
     f.go("batch")
 
 
-def _refilling(f: Frame) -> None:
+def _refilling(f: Walkers) -> None:
     """A function with a loop: see the top of this file."""
     f.go("refill")
     f.label("refill")  # every end of a walker leads here, and so does the beginning
@@ -147,14 +147,14 @@ def _refilling(f: Frame) -> None:
     _steps(f)
 
 
-def _loop(f: Frame) -> Turns:
+def _loop(f: Walkers) -> Turns:
     loop = f.program.loop
     if loop is None:
         raise ValueError("the program has no loop")
     return loop
 
 
-def _prologue(f: Frame, new: str) -> None:
+def _prologue(f: Walkers, new: str) -> None:
     """Computes what steps and epilogue need of all lanes; starts the loop in new ones."""
     loop = _loop(f)
     f.label("prologue")
@@ -174,7 +174,7 @@ def _prologue(f: Frame, new: str) -> None:
     f.branch(f.let(f"icmp ne {f.bits} %ended.first, 0"), "refill", "steps")
 
 
-def _steps(f: Frame) -> None:
+def _steps(f: Walkers) -> None:
     """The hot loop: a step of all lanes, until a lane's walker ends."""
     loop = _loop(f)
     f.label("steps")

@@ -59,7 +59,7 @@ class _Schedule:
         self.waiting: list[tuple[float, int]] = []  # ready once the clock gets there
         self.urgent: list[tuple[float, int]] = []  # ready, longest way to the end first
         self.freeing: list[
-            tuple[int, int]
+            tuple[float, int]
         ] = []  # ready or waiting, leave no more alive than before
         self.any: list[tuple[float, int]] = []  # ready or waiting, in the order given
         for step in steps:

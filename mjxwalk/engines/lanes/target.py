@@ -7,7 +7,7 @@ from typing import Any
 
 import llvmlite.binding as llvm  # untyped; used in this file only
 
-from mjxwalk.engines.lanes.emit import Target
+from mjxwalk.engines.lanes.code import Target
 
 WIDTHS = (4, 8, 16)
 

@@ -16,7 +16,7 @@ import numpy as np
 from mjxwalk.engines.lanes.errors import CannotCompileError
 from mjxwalk.engines.lanes.graph import OUTSIDE, Array, Graph
 from mjxwalk.engines.lanes.scalars import evaluate
-from mjxwalk.engines.lanes.simplify import Builder
+from mjxwalk.engines.lanes.simplify import simplifying
 
 # Elements of inputs are numbered from here: argument * ARGUMENT + place, so that a table of a
 # million entries costs no nodes, and rows of it are recognised by their consecutive numbers.
@@ -59,7 +59,7 @@ class Tracer:
     """
 
     def __init__(self, handlers: dict[str, Handler]) -> None:
-        self.build = Builder(Graph())
+        self.build = simplifying(Graph())
         self.region = OUTSIDE
         self.guard: int | None = None
         self._handlers = handlers

@@ -1,5 +1,7 @@
 """Functions without an instruction of their own, against numpy in float64 over wide ranges."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ UNIT = np.concatenate([KEY.uniform(-1, 1, 4_000), [-1, 1, 0]]).astype(np.float32
 
 # Bound in units of the last place of the result; an absolute error near a zero of sin, cos and tan
 # is that of the range reduction, about 2**-24 of a radian.
-CASES = [
+CASES: list[tuple[str, Any, Any, Any, int, float]] = [
     ("sin", jnp.sin, np.sin, ANGLES, 2, 1e-7),
     ("cos", jnp.cos, np.cos, ANGLES, 2, 1e-7),
     ("tan", jnp.tan, np.tan, WIDE, 4, 2e-7),
@@ -46,8 +48,8 @@ NAMES = [case[0] for case in CASES]
 @pytest.mark.parametrize("width", [4, 16])
 @pytest.mark.parametrize("name, function, reference, points, ulps, slack", CASES, ids=NAMES)
 def test_function_is_accurate_to_a_few_units_in_the_last_place(
-    width, name, function, reference, points, ulps, slack
-):
+    width: Any, name: Any, function: Any, reference: Any, points: Any, ulps: Any, slack: Any
+) -> None:
     got = lanes.vmap(function, width=width)(points)
     want = reference(points.astype(np.float64))
     with np.errstate(over="ignore"):
@@ -60,7 +62,9 @@ def test_function_is_accurate_to_a_few_units_in_the_last_place(
 
 
 @pytest.mark.parametrize("name, function, reference, points, ulps, slack", CASES, ids=NAMES)
-def test_function_has_the_right_limits(name, function, reference, points, ulps, slack):
+def test_function_has_the_right_limits(
+    name: Any, function: Any, reference: Any, points: Any, ulps: Any, slack: Any
+) -> None:
     edges = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, 1.0, -1.0], np.float32)
     got = lanes.vmap(function)(edges)
     with np.errstate(all="ignore"):
@@ -69,18 +73,18 @@ def test_function_has_the_right_limits(name, function, reference, points, ulps, 
 
 
 @pytest.mark.parametrize("function", [jnp.sin, jnp.cos])
-def test_sine_of_an_absurd_angle_is_still_a_sine(function):
+def test_sine_of_an_absurd_angle_is_still_a_sine(function: Any) -> None:
     angles = np.array([1e8, -3e15, 1e30, -3e38, 5e7], np.float32)
     assert (np.abs(lanes.vmap(function)(angles)) <= 1.0).all()
 
 
-def test_atan2_is_right_in_every_quadrant_and_on_every_axis():
+def test_atan2_is_right_in_every_quadrant_and_on_every_axis() -> None:
     values = np.array([0.0, -0.0, 1, -1, 2.5, -1e-20, 1e30, np.inf, -np.inf, np.nan], np.float32)
     y, x = (grid.ravel() for grid in np.meshgrid(values, values))
     np.testing.assert_allclose(lanes.vmap(jnp.arctan2)(y, x), np.arctan2(y, x), rtol=4e-7)
 
 
-def test_pow_has_the_cases_of_the_c_standard():
+def test_pow_has_the_cases_of_the_c_standard() -> None:
     values = np.array([0.0, 0.5, 1, -1, 2, -2, 3, -3, 2.5, -0.5, 40, np.inf, -np.inf], np.float32)
     x, y = (grid.ravel() for grid in np.meshgrid(values, values))
     with np.errstate(all="ignore"):
