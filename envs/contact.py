@@ -3,12 +3,14 @@
 Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
 walking over rough terrain", Adaptive Behavior 21(1), section 2.3. The tangential law follows its
 source for contact, Haavisto & Hyotyniemi (2004): a spring anchored where the foot came down, which
-slips where friction cannot hold it.
+slips where friction cannot hold it. In the plane there is one tangential direction; in space there
+are two, and friction's limit is a cone.
 """
 
 import dataclasses
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
@@ -19,17 +21,17 @@ class ContactForce(NamedTuple):
     """What the ground does to one point.
 
     Attributes:
-      tangential: force along x, N.
+      tangential: force along the ground, N; a number in the plane, x and y in space.
       normal: upward force, N; never pulls.
       added_mass: point mass that stands for the implicit part of the law, kg.
       stretch: tangential spring's stretch after slipping, m; zero in the air.
       touching: whether the point is below the ground.
     """
 
-    tangential: Float[Array, ""]
+    tangential: Float[Array, "*plane"]
     normal: Float[Array, ""]
     added_mass: Float[Array, ""]
-    stretch: Float[Array, ""]
+    stretch: Float[Array, "*plane"]
     touching: Bool[Array, ""]
 
 
@@ -54,8 +56,8 @@ class SoftContact:
     def force(
         self,
         depth: Float[Array, ""],
-        velocity: tuple[Float[Array, ""], Float[Array, ""]],
-        stretch: Float[Array, ""],
+        velocity: tuple[Float[Array, "*plane"], Float[Array, ""]],
+        stretch: Float[Array, "*plane"],
         *,
         timestep: float,
         implicit: bool,
@@ -70,7 +72,7 @@ class SoftContact:
 
         Args:
           depth: how far the point is below the ground, m.
-          velocity: of the point, tangential and upward, m/s.
+          velocity: of the point, tangential (as in `ContactForce`) and upward, m/s.
           stretch: tangential spring's stretch at the end of the last step, m.
           timestep: s.
           implicit: whether spring and damper are taken at the end of the step.
@@ -87,9 +89,20 @@ class SoftContact:
         mass = timestep * damping if implicit else 0.0
         longest = limit / self.stiffness
         return ContactForce(
-            tangential=jnp.clip(sticking, -limit, limit),
+            tangential=_within(limit, sticking),
             normal=normal,
             added_mass=jnp.where(pushing, mass, 0.0),
-            stretch=jnp.where(touching, jnp.clip(stretch, -longest, longest), 0.0),
+            stretch=jnp.where(touching, _within(longest, stretch), 0.0),
             touching=touching,
         )
+
+
+def _within(limit: Float[Array, ""], vector: Float[Array, "*plane"]) -> Float[Array, "*plane"]:
+    """Returns the vector, shortened to the limit where it is longer."""
+    if not vector.ndim:
+        return jnp.clip(vector, -limit, limit)
+    square = jnp.sum(vector**2)
+    too_long = square > limit**2
+    return vector * jnp.where(
+        too_long, limit * jax.lax.rsqrt(jnp.where(too_long, square, 1.0)), 1.0
+    )

@@ -81,7 +81,8 @@ def acceleration(
     generalized_force: Float[Array, " nv"],
     added_inertia: Float[Array, " nv"],
     loads: dict[int, list[PointLoad]],
-) -> Float[Array, " nv"]:
+    coupling: Float[np.ndarray, "nv coordinate"] | None = None,
+) -> Float[Array, " coordinate"]:
     """Returns qacc under gravity, generalised forces and loads on points of bodies.
 
     Args:
@@ -90,6 +91,9 @@ def acceleration(
       generalized_force: N or N m, one for each degree of freedom.
       added_inertia: on the mass matrix's diagonal, kg or kg m^2.
       loads: for each body's id, its loads.
+      coupling: qvel as a constant matrix times fewer, independent rates, whose accelerations are
+        then returned; None where every degree of freedom is independent. By d'Alembert's principle
+        it projects forces and mass matrix, and what couples the joints needs no force of its own.
     """
     force = generalized_force - data.qfrc_bias
     inertia = data._impl.cinert
@@ -101,6 +105,8 @@ def acceleration(
         force += _moves(model, body) * (data.cdof @ wrench)
     data = mjx.crb(model.mjx, data.tree_replace({"_impl.cinert": inertia}))
     mass_matrix = mjx.full_m(model.mjx, data) + jnp.diag(added_inertia)
+    if coupling is not None:
+        mass_matrix, force = coupling.T @ mass_matrix @ coupling, coupling.T @ force
     # Leaves first: without fill-in between branches of the tree, half of the factor stays zero.
     flipped = jax.scipy.linalg.cho_factor(mass_matrix[::-1, ::-1], lower=True)
     return jax.scipy.linalg.cho_solve(flipped, force[::-1])[::-1]

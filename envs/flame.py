@@ -1,0 +1,370 @@
+"""Spatial walker of nine links after the robot Flame: torso, and hip link, thigh, shank, foot twice.
+
+Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
+walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/1059712312462904, sections 2.1 and
+3.5. The body is in `flame.xml`. Its sixteen joints are moved by fifteen coordinates: the hip's x, y
+and z, yaw, pitch and roll of the torso, the adduction that both legs share, and hip, knee, ankle
+and ankle roll of each leg. The torso's angles are Euler's, z-y-x, since each is a sensor and a rule
+of the trial; a walker that pitched as far as their singularity would have fallen long before.
+"""
+
+import dataclasses
+import functools
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from mjxwalk.envs import checks, dynamics
+from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.contact import ContactForce, SoftContact
+from mjxwalk.envs.joint_stop import JointStop
+from mjxwalk.envs.surface import SerpentineWalk, Surface
+
+MODEL_PATH = Path(__file__).with_name("flame.xml")
+LEGS = ("left", "right")
+FEET = tuple(f"foot_{leg}" for leg in LEGS)
+CORNERS = ("heel_in", "heel_out", "toe_in", "toe_out")
+CONTACT_SITES = tuple(f"{corner}_{leg}" for leg in LEGS for corner in CORNERS)
+LEG_LENGTH = 0.646  # m, hip to floor with the leg straight; a test holds it to flame.xml
+GRAVITY = 9.81  # m/s^2, as in MuJoCo
+# ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
+MAX_SPEED = np.array([50.0] * 3 + [1000.0] * 12, np.float32)  # m/s, rad/s
+YAW, PITCH, ROLL, ADDUCTION = 3, 4, 5, 6  # of the coordinates
+ACTUATED = np.array([6, 7, 8, 9, 11, 12, 13])
+ANKLE_ROLLS = np.array([10, 14])
+JOINTS = slice(6, 15)
+# Which coordinate moves each of the sixteen joints: only the adduction moves two.
+COORDINATE = np.array([0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 6, 11, 12, 13, 14])
+COUPLING = np.eye(15, dtype=np.float32)[COORDINATE]
+# ours, as are all numbers of the start: the paper says only that the swing foot is in the air and
+# the angle between the legs grows. The right leg stands upright, the left one swings forward.
+START_ANGLE = {
+    "root_pitch": 0.05,
+    "root_roll": 0.03,
+    "adduction": 0.05,
+    "hip_left": 0.40,
+    "knee_left": 0.60,
+    "ankle_left": 0.25,  # level
+    "hip_right": 0.05,
+    "ankle_roll_right": -0.02,  # level
+}  # rad
+START_RATE = {"hip_left": 1.5, "hip_right": -1.0, "ankle_right": 1.0}  # rad/s
+
+
+class Action(NamedTuple):
+    """What a controller asks of the motors: torque + stiffness (target - angle) - damping rate.
+
+    Order: adduction; hip, knee and ankle of the left leg; the same of the right one.
+
+    Attributes:
+      torque: N m.
+      target: rad.
+      stiffness: N m/rad.
+      damping: N m s/rad.
+    """
+
+    torque: Float[Array, "7"]
+    target: Float[Array, "7"]
+    stiffness: Float[Array, "7"]
+    damping: Float[Array, "7"]
+
+
+class Observation(NamedTuple):
+    """What the walker senses; legs in the order left, right.
+
+    Attributes:
+      time: since the start, s.
+      torso: its yaw, pitch and roll, rad: turning left, leaning forward and right are positive.
+      torso_rate: of the same, rad/s.
+      adduction: angle of both legs to the torso, rad, legs apart positive.
+      adduction_rate: rad/s.
+      angle: hip, knee, ankle and ankle roll of each leg, rad.
+      rate: of the same, rad/s.
+      contact: whether the foot touches the ground.
+      ankle_x: how far each ankle is ahead of the hip, where the torso heads, m.
+    """
+
+    time: Float[Array, ""]
+    torso: Float[Array, "3"]
+    torso_rate: Float[Array, "3"]
+    adduction: Float[Array, ""]
+    adduction_rate: Float[Array, ""]
+    angle: Float[Array, "2 4"]
+    rate: Float[Array, "2 4"]
+    contact: Bool[Array, "2"]
+    ankle_x: Float[Array, "2"]
+
+
+class State(NamedTuple):
+    """One walker between two steps; contacts and ankles are those that the last step saw.
+
+    Attributes:
+      qpos: the coordinates: hip x, y and z (m), torso's yaw, pitch and roll, joints (rad).
+      qvel: m/s and rad/s.
+      stretch: of the ground's tangential springs along x and y, m, in `CONTACT_SITES`' order.
+      touching: whether those points are below the ground.
+      ankle_x: how far each ankle is ahead of the hip, where the torso heads, m.
+      num_steps: physics steps so far.
+      flight_time: since a foot last touched the ground, s.
+      torque_cost: integral of the motors' summed absolute torque, N m s.
+      work: integral of the motors' summed absolute power, J.
+      fell: whether the trial ended by a fall, or by physics that diverged.
+      diverged: whether the physics diverged; the rest is then the last sound state.
+      done: whether the trial has ended.
+    """
+
+    qpos: Float[Array, "15"]
+    qvel: Float[Array, "15"]
+    stretch: Float[Array, "8 2"]
+    touching: Bool[Array, "8"]
+    ankle_x: Float[Array, "2"]
+    num_steps: Int[Array, ""]
+    flight_time: Float[Array, ""]
+    torque_cost: Float[Array, ""]
+    work: Float[Array, ""]
+    fell: Bool[Array, ""]
+    diverged: Bool[Array, ""]
+    done: Bool[Array, ""]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Flame:
+    """The body, its ground, and the rules of a trial.
+
+    Attributes:
+      surface: shape of the ground.
+      contact: law of the ground at each of a foot's four corners.
+      joint_stop: law of the joints' limits.
+      ankle_roll_stiffness: of the passive spring, N m/rad.
+      ankle_roll_damping: of the passive damper, N m s/rad.
+      timestep: of the physics, s.
+      integrator: "implicit" takes contact, joint stops, the ankle's roll and the action's stiffness
+        and damping at the end of the step, which is stable at 1 ms; "explicit" takes all forces at
+        its start and needs 0.02 ms. Positions follow the new velocities (semi-implicit Euler).
+      min_hip_height: over the ground below, m; under it the walker has fallen.
+      max_pitch: of the torso, rad; beyond it the walker has fallen.
+      max_roll: likewise.
+      max_yaw: likewise.
+      max_flight_time: s without ground contact; beyond it the walker has fallen.
+      torque_budget: the trial ends when `torque_cost` reaches it, N m s.
+      max_time: the trial ends then, s.
+    """
+
+    surface: SerpentineWalk = SerpentineWalk()
+    # A quarter each of the foot's 50,000 N/m and 2,500 N s/m, section 2.3.
+    contact: SoftContact = SoftContact(stiffness=12_500.0, damping=625.0)
+    joint_stop: JointStop = JointStop(stiffness=1_000.0, damping=10.0)  # ours: see JointStop
+    ankle_roll_stiffness: float = 10.0  # ours: not given
+    ankle_roll_damping: float = 0.2  # ours: not given
+    timestep: float = 0.001  # section 2.3
+    integrator: Literal["implicit", "explicit"] = "implicit"
+    min_hip_height: float = 0.555  # ours: the paper gives no rule; a lower one lets crouchers win
+    max_pitch: float = 0.5  # ours: keeps walkers upright
+    max_roll: float = 0.7  # ours
+    max_yaw: float = 1.2  # ours: who turns away from x does not come far
+    max_flight_time: float = 0.01  # flight is a fall, section 2.4; ours: bounces are shorter
+    torque_budget: float = 1_000.0  # section 3.5.1
+    max_time: float = 60.0  # ours: standing still costs little torque
+
+    def __post_init__(self) -> None:
+        checks.positive(self, "timestep", "min_hip_height", "max_pitch", "max_roll", "max_yaw")
+        checks.positive(self, "torque_budget", "max_time")
+        checks.not_negative(self, "ankle_roll_stiffness", "ankle_roll_damping", "max_flight_time")
+        if self.integrator not in ("implicit", "explicit"):
+            raise ValueError(
+                f'integrator must be "implicit" or "explicit", got "{self.integrator}"'
+            )
+
+    @property
+    def model(self) -> dynamics.Model:
+        """The compiled body."""
+        return _compile()
+
+    @property
+    def weight(self) -> float:
+        """Body weight, N."""
+        return GRAVITY * float(self.model.mujoco.body_subtreemass[0])
+
+    def reset(self, surface: Surface) -> State:
+        """Returns a walker in the middle of a step, the left foot in the air."""
+        qpos, qvel, ankle_x = _start(self.weight / (4.0 * self.contact.stiffness))
+        ground = self.surface.height(surface, jnp.zeros(()), jnp.zeros(()))
+        return State(
+            qpos=jnp.asarray(qpos).at[2].add(ground),
+            qvel=jnp.asarray(qvel),
+            stretch=jnp.zeros((8, 2)),
+            touching=jnp.arange(8) >= 4,
+            ankle_x=jnp.asarray(ankle_x),
+            num_steps=jnp.zeros((), jnp.int32),
+            flight_time=jnp.zeros(()),
+            torque_cost=jnp.zeros(()),
+            work=jnp.zeros(()),
+            fell=jnp.zeros((), bool),
+            diverged=jnp.zeros((), bool),
+            done=jnp.zeros((), bool),
+        )
+
+    def observe(self, state: State) -> Observation:
+        """Returns what the walker senses."""
+        return Observation(
+            time=state.num_steps * self.timestep,
+            torso=state.qpos[YAW : ROLL + 1],
+            torso_rate=state.qvel[YAW : ROLL + 1],
+            adduction=state.qpos[ADDUCTION],
+            adduction_rate=state.qvel[ADDUCTION],
+            angle=state.qpos[ADDUCTION + 1 :].reshape(2, 4),
+            rate=state.qvel[ADDUCTION + 1 :].reshape(2, 4),
+            contact=jnp.any(state.touching.reshape(2, 4), axis=1),
+            ankle_x=state.ankle_x,
+        )
+
+    def step(self, state: State, action: Action, surface: Surface) -> State:
+        """Returns the walker one physics step later, and whether its trial is over."""
+        # The tree is placed at the origin: what it does there does not depend on where it is, and
+        # near the origin float32 is finer.
+        placed = state.qpos.at[:3].set(0.0)
+        data = dynamics.forward(self.model, placed[COORDINATE], state.qvel[COORDINATE])
+        contacts, loads = self._contacts(state, data, surface)
+        torque, inertia = self._joint_forces(state, action)
+        qacc = dynamics.acceleration(
+            self.model, data, _on_joints(torque), _on_joints(inertia), loads, COUPLING
+        )
+        qvel = state.qvel + self.timestep * qacc
+        applied = self._applied_torque(state, action, qvel)
+        touching = jnp.stack([contact.touching for contact in contacts])
+        ahead = jnp.stack([jnp.cos(state.qpos[YAW]), jnp.sin(state.qpos[YAW])])
+        ankles = [data.xpos[self.model.mujoco.body(foot).id, :2] @ ahead for foot in FEET]
+        moved = state._replace(
+            qpos=state.qpos + self.timestep * qvel,
+            qvel=qvel,
+            stretch=jnp.stack([contact.stretch for contact in contacts]),
+            touching=touching,
+            ankle_x=jnp.stack(ankles),
+            num_steps=state.num_steps + 1,
+            flight_time=jnp.where(touching.any(), 0.0, state.flight_time + self.timestep),
+            torque_cost=state.torque_cost + self.timestep * jnp.abs(applied).sum(),
+            work=state.work + self.timestep * jnp.abs(applied * qvel[ACTUATED]).sum(),
+        )
+        return self._judge(state, moved, surface)
+
+    def _contacts(
+        self, state: State, data: Any, surface: Surface
+    ) -> tuple[list[ContactForce], dict[int, list[dynamics.PointLoad]]]:
+        """Returns the ground's force on the feet's corners, and the same as loads on the feet."""
+        contacts: list[ContactForce] = []
+        loads: dict[int, list[dynamics.PointLoad]] = {}
+        model = self.model.mujoco
+        for index, name in enumerate(CONTACT_SITES):
+            site = model.site(name).id
+            body = int(model.site_bodyid[site])
+            point = data.site_xpos[site]
+            offset = dynamics.point_offset(data, point)
+            velocity = dynamics.point_velocity(data, body, offset)
+            place = state.qpos[:3] + point
+            contact = self.contact.force(
+                self.surface.height(surface, place[0], place[1]) - place[2],
+                (velocity[:2], velocity[2]),
+                state.stretch[index],
+                timestep=self.timestep,
+                implicit=self.integrator == "implicit",
+            )
+            force = jnp.append(contact.tangential, contact.normal)
+            load = dynamics.PointLoad(offset, force, contact.added_mass)
+            contacts.append(contact)
+            loads.setdefault(body, []).append(load)
+        return contacts, loads
+
+    def _joint_forces(
+        self, state: State, action: Action
+    ) -> tuple[Float[Array, "9"], Float[Array, "9"]]:
+        """Returns the joints' torque, N m, and its implicit part as inertia, kg m^2."""
+        angle, rate = state.qpos[JOINTS], state.qvel[JOINTS]
+        implicit = self.integrator == "implicit"
+        lower, upper = _joint_ranges()
+        stop = self.joint_stop.torque(
+            angle, rate, lower, upper, timestep=self.timestep, implicit=implicit
+        )
+        roll = ANKLE_ROLLS - JOINTS.start
+        motor = ACTUATED - JOINTS.start
+        stiffness = jnp.zeros(9).at[motor].set(action.stiffness)
+        stiffness = stiffness.at[roll].set(self.ankle_roll_stiffness)
+        damping = jnp.zeros(9).at[motor].set(action.damping).at[roll].set(self.ankle_roll_damping)
+        target = jnp.zeros(9).at[motor].set(action.target)
+        ahead = self.timestep * rate if implicit else 0.0
+        torque = stiffness * (target - angle - ahead) - damping * rate + stop.torque
+        inertia = self.timestep * (damping + self.timestep * stiffness)
+        return (
+            torque.at[motor].add(action.torque),
+            (inertia if implicit else 0.0) + stop.added_inertia,
+        )
+
+    def _applied_torque(
+        self, state: State, action: Action, qvel: Float[Array, "15"]
+    ) -> Float[Array, "7"]:
+        """Returns what the motors gave over the step, N m; joint stops and springs are no motors."""
+        rate = qvel[ACTUATED] if self.integrator == "implicit" else state.qvel[ACTUATED]
+        ahead = self.timestep * rate if self.integrator == "implicit" else 0.0
+        held = action.stiffness * (action.target - state.qpos[ACTUATED] - ahead)
+        return action.torque + held - action.damping * rate
+
+    def _judge(self, before: State, after: State, surface: Surface) -> State:
+        """Returns the state after the step with the trial's rules applied."""
+        # One comparison catches NaN, infinity and runaway speeds alike.
+        sound = jnp.sum((after.qvel / MAX_SPEED) ** 2) < 1.0
+        after = jax.tree.map(lambda new, old: jnp.where(sound, new, old), after, before)
+        x, y, z, yaw, pitch, roll = after.qpos[:6]
+        fell = (
+            (z - self.surface.height(surface, x, y) < self.min_hip_height)
+            | (jnp.abs(yaw) > self.max_yaw)
+            | (jnp.abs(pitch) > self.max_pitch)
+            | (jnp.abs(roll) > self.max_roll)
+            | (after.flight_time > self.max_flight_time)
+            | ~sound
+        )
+        spent = after.torque_cost >= self.torque_budget
+        late = after.num_steps >= round(self.max_time / self.timestep)
+        return after._replace(fell=fell, diverged=~sound, done=fell | spent | late)
+
+
+def _on_joints(values: Float[Array, "9"]) -> Float[Array, "16"]:
+    """Returns the nine joints' values for the model's sixteen, the adduction's once."""
+    nothing = jnp.zeros(1)
+    return jnp.concatenate([jnp.zeros(6), values[:5], nothing, values[5:]])
+
+
+def _joint_ranges() -> tuple[Float[np.ndarray, "9"], Float[np.ndarray, "9"]]:
+    lower, upper = _compile().mujoco.jnt_range.astype(np.float32).T
+    first = np.unique(COORDINATE, return_index=True)[1][JOINTS]
+    return lower[first], upper[first]
+
+
+@functools.cache
+def _compile() -> dynamics.Model:
+    return dynamics.compile_model(mujoco.MjSpec.from_file(str(MODEL_PATH)))
+
+
+@functools.cache
+def _start(
+    depth: float,
+) -> tuple[Float[np.ndarray, "15"], Float[np.ndarray, "15"], Float[np.ndarray, "2"]]:
+    """Returns qpos, qvel and `ankle_x` of the start, the right sole that far below height zero."""
+    model = _compile().mujoco
+    data = mujoco.MjData(model)
+    for values, settings in ((data.qpos, START_ANGLE), (data.qvel, START_RATE)):
+        for name, value in settings.items():
+            for joint in (name,) if name != "adduction" else (f"{name}_left", f"{name}_right"):
+                values[model.joint(joint).id] = value
+    mujoco.mj_forward(model, data)
+    standing = [model.site(name).id for name in CONTACT_SITES[4:]]
+    data.qpos[2] = -data.site_xpos[standing, 2].mean() - depth
+    jacobian = np.zeros((3, model.nv))
+    mujoco.mj_jacBody(model, data, jacobian, None, model.body("foot_right").id)
+    data.qvel[:3] = -jacobian @ data.qvel  # its ankle stands still
+    ankles = np.array([data.body(foot).xpos[0] for foot in FEET])
+    independent = np.unique(COORDINATE, return_index=True)[1]
+    qpos, qvel = data.qpos[independent], data.qvel[independent]
+    return qpos.astype(np.float32), qvel.astype(np.float32), ankles.astype(np.float32)

@@ -1,0 +1,144 @@
+"""Ground in space as data: grids of heights that walkers share, made by a seeded random walk.
+
+Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
+walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/1059712312462904, Appendix A.
+"""
+
+import dataclasses
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, UInt32
+
+from mjxwalk.envs import checks
+
+FILTER_SIDE = 5  # nodes; Appendix A
+MARGIN = FILTER_SIDE // 2  # nodes that the filter takes off every edge
+WORD = 32  # bits
+
+
+class Surface(NamedTuple):
+    """The ground under one walker.
+
+    A population shares one table, so that no walker holds a copy of its grid.
+
+    Attributes:
+      heights: m, one grid a terrain, a node every `spacing` metres along x and across, along y.
+      row: which terrain this walker walks on.
+    """
+
+    heights: Float[Array, "terrain along across"]
+    row: Int[Array, ""]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SerpentineWalk:
+    """Rough ground in space: two random walks in serpentines, averaged and smoothed.
+
+    Solomon et al. (2013), Appendix A. Over 0.6 to 0.7 m, a step of the body `Flame`, heights spread
+    by 1.17 times the roughness: 0.36, 1.8 and 3.6 % of its legs for 0.002, 0.01 and 0.02 m, where
+    the paper has 0.36, 2.0 and 3.55 %.
+
+    Attributes:
+      roughness: the factor r, m.
+      spacing: between nodes, m.
+      flat_until: ground is at height zero up to here, m.
+      start: where the first node lies, m.
+      length: of the whole terrain, m; the ends go on level.
+      width: of the whole terrain, m, half of it to either side; beyond, it goes on mirrored.
+    """
+
+    roughness: float = 0.002
+    spacing: float = 0.1
+    flat_until: float = 2.0
+    start: float = -2.0  # ours: room for a fall backwards
+    length: float = 102.4  # ours: farther than any trial reaches
+    width: float = 6.4  # ours: a mirror image some way off costs no memory and flatters nobody
+
+    def __post_init__(self) -> None:
+        checks.not_negative(self, "roughness")
+        checks.positive(self, "spacing", "length", "width")
+        for field in ("length", "width"):
+            if getattr(self, field) < 2 * self.spacing:
+                raise ValueError(f"{field} must hold two nodes, got {getattr(self, field)} m")
+
+    @property
+    def num_nodes(self) -> tuple[int, int]:
+        """Nodes of one terrain, along and across."""
+        return round(self.length / self.spacing), round(self.width / self.spacing)
+
+    def sample(self, key: PRNGKeyArray, num: int) -> Float[Array, "terrain along across"]:
+        """Returns the heights of `num` independent terrains, m."""
+        along, across = (nodes + 2 * MARGIN for nodes in self.num_nodes)
+        key_rows, key_columns = jax.random.split(key)
+        layers = serpentine(key_rows, num, along, across)
+        layers += serpentine(key_columns, num, across, along).swapaxes(1, 2)
+        nodes = self.start + self.spacing * (jnp.arange(along) - MARGIN)
+        # The filter makes a slope of the step that is left where the flat part ends.
+        flat = nodes < self.flat_until + (MARGIN + 0.5) * self.spacing
+        edge = jnp.minimum(jnp.sum(flat), along - 1)
+        layers -= layers[:, edge, across // 2][:, None, None]
+        layers = jnp.where(flat[:, None], 0, layers)
+        scale = 0.5 * self.roughness / FILTER_SIDE**2
+        return scale * _box_sum(_box_sum(layers, 1), 2).astype(jnp.float32)
+
+    def height(
+        self, surface: Surface, x: Float[Array, ""], y: Float[Array, ""]
+    ) -> Float[Array, ""]:
+        """Returns the ground's height at (x, y) by bilinear interpolation, m."""
+        along, across = self.num_nodes
+        period = 2.0 * (across - 1)
+        sideways = y / self.spacing + 0.5 * (across - 1)
+        sideways = jnp.abs(sideways - period * jnp.round(sideways / period))
+        onward = jnp.clip((x - self.start) / self.spacing, 0.0, along - 1)
+        # The last interval also serves the end of the grid; NaN becomes node 0.
+        row = jnp.minimum(onward.astype(jnp.int32), along - 2)
+        column = jnp.minimum(sideways.astype(jnp.int32), across - 2)
+        start = (surface.row, row, column)
+        near, far = jax.lax.dynamic_slice(surface.heights, start, (1, 2, 2))[0]
+        ends = near + (onward - row) * (far - near)
+        return ends[0] + (sideways - column) * (ends[1] - ends[0])
+
+
+def serpentine(key: PRNGKeyArray, num: int, rows: int, columns: int) -> Int[Array, "num rows cols"]:
+    """Returns integer grids where every two neighbours differ by one, filled in serpentines.
+
+    A cell is a step of +-1 from the neighbour just filled. Where that neighbour differs from the
+    one above by more than one, which is then two, the step cannot lead further away.
+
+    So a cell lies one above or one below the cell over it. Call that side e, and s the slope of
+    the row above: from one cell to the next, e stays, or a coin sets it to -s. Either way no two
+    neighbours part. The last heads of the coin in a row thus give all its cells at once.
+    """
+    words = jax.random.bits(key, (rows, num, -(-columns // WORD)))
+    first = jnp.cumsum(2 * _coins(words[0], columns).astype(jnp.int32) - 1, axis=1)
+    place = 2 * jnp.arange(columns)
+
+    def fill(above: Array, words: Array) -> tuple[Array, Array]:
+        coins = _coins(words, columns)
+        above = above[:, ::-1]
+        # A row starts with any step from the cell above: heads, with a slope by another coin.
+        rising = jnp.concatenate([coins[:, :1], above[:, 1:] > above[:, :-1]], axis=1)
+        heads = coins.at[:, 0].set(True)
+        last = jax.lax.cummax(jnp.where(heads, place + rising, 0), axis=1)
+        row = above + jnp.where(last % 2 == 1, -1, 1)
+        return row, row
+
+    _, others = jax.lax.scan(fill, first, words[1:])
+    grid = jnp.concatenate([first[None], others])
+    grid = grid.at[1::2].set(grid[1::2, :, ::-1])
+    return grid.swapaxes(0, 1)
+
+
+def _coins(words: UInt32[Array, "num word"], count: int) -> Bool[Array, "num count"]:
+    """Returns the words' bits."""
+    bits = (words[:, :, None] >> jnp.arange(WORD, dtype=jnp.uint32)) & 1
+    return bits.reshape(len(words), -1)[:, :count].astype(bool)
+
+
+def _box_sum(grid: Array, axis: int) -> Array:
+    """Returns sums over `FILTER_SIDE` neighbours along an axis, which gets shorter by the margins."""
+    size = grid.shape[axis] - 2 * MARGIN
+    slices = [jax.lax.slice_in_dim(grid, i, i + size, axis=axis) for i in range(FILTER_SIDE)]
+    return sum(slices[1:], slices[0])
