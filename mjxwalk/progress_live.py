@@ -16,8 +16,8 @@ from mjxwalk.runs import Config, Metrics, Result
 class LiveProgress:
     """A bar and a table that stay in place while the run goes on."""
 
-    def __init__(self) -> None:
-        self._console = Console(highlight=False)
+    def __init__(self, console: Console | None = None) -> None:
+        self._console = console or Console(highlight=False)
         self._live: Live | None = None
         self._clock = Clock(0)
         self._total = 0

@@ -35,6 +35,7 @@ COMMANDS: Mapping[str, Entry] = {
     "resume": Entry("mjxwalk.cli.evolve", "Resume", "go on with a run that did not end"),
     "list": Entry("mjxwalk.cli.list", "List", "show the experiments, and the runs in a folder"),
     "doctor": Entry("mjxwalk.doctor", "Doctor", "show versions, devices, and what is missing"),
+    "bench": Entry("mjxwalk.bench.command", "Bench", "measure how fast the engines are here"),
 }
 
 

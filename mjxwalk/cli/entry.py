@@ -68,10 +68,14 @@ def _quieten() -> None:
     import warnings
 
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "2")
-    for name in ("absl", "jax", "orbax"):
+    for name in ("jax", "orbax"):
         logging.getLogger(name).setLevel(logging.ERROR)
+    # Through absl Orbax logs, with tracebacks, the errors that it also raises and we report.
+    logging.getLogger("absl").setLevel(logging.CRITICAL)
     # Orbax leaves its asynchronous work lying when it meets a damaged checkpoint, which we report.
     warnings.filterwarnings("ignore", "coroutine .* was never awaited", RuntimeWarning)
+    # A cache that cannot be written costs time only; a full disk is reported for the run itself.
+    warnings.filterwarnings("ignore", "Error .* persistent compilation cache", UserWarning)
     report = sys.unraisablehook
 
     def report_news(unraisable: "sys.UnraisableHookArgs") -> None:

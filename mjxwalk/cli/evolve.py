@@ -151,7 +151,8 @@ def _work(path: Path, new: Evolve | None) -> int:
             progress.say(f"{stop}; go on with: mjxwalk resume {path}")
         except KeyboardInterrupt:
             progress.close()
-            progress.say("stopped before there was anything to save")
+            begun = (path / "config.json").exists()
+            progress.say(f"stopped; go on with: mjxwalk resume {path}" if begun else "stopped")
     return 128 + interrupt.signal
 
 

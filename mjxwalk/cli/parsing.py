@@ -30,7 +30,9 @@ def parse(program: str, command: type[CommandT], args: Sequence[str]) -> Command
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
-            return tyro.cli(command, prog=program, args=args, config=(tyro.conf.FlagConversionOff,))
+            return tyro.cli(
+                command, prog=program, args=args, config=(tyro.conf.FlagCreatePairsOff,)
+            )
     except SystemExit as stop:
         if not stop.code:
             raise

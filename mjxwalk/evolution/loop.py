@@ -66,9 +66,11 @@ def evolve(
                 if stopping():
                     raise KeyboardInterrupt
                 # Waiting for the disk is part of the generation after.
-                state, line = evolution.advance(state, since=started)
+                after, line = evolution.advance(state, since=started)
                 started = time.perf_counter()
-                _record(path, checkpoints, state, config, line)
+                _record(path, checkpoints, after, config, line)
+                # Not before its line is written: what Ctrl-C saves below must have one.
+                state = after
                 reporter.generation(line)
             checkpoints.wait()
             reporter.say("choosing the champion on new terrains")
@@ -97,8 +99,8 @@ def _begin(path: Path, evolution: Evolution, config: Config, reporter: Reporter)
             )
         metrics.cut(path, 0)
         return start
-    if damaged:
-        reporter.say(f"going on from generation {generation}, the newest that is whole")
+    which = ", the newest that is whole" if damaged else ""
+    reporter.say(f"going on from generation {generation}{which}")
     metrics.cut(path, generation)
     try:
         return unflatten(start, arrays)
