@@ -20,7 +20,7 @@ from mjxwalk.engines.lanes.program import Program, Step, Turns, program
 
 
 class Explanation(NamedTuple):
-    """What became of a function, stage by stage; of IR and assembly the block that does the work."""
+    """A function stage by stage; of IR and assembly only the block that does the work."""
 
     jaxpr: str
     graph: str

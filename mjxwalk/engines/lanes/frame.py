@@ -147,7 +147,7 @@ class Frame(Code):
         """Loads a vector from the workspace."""
         kind = f"<{self.width} x {memory_type(dtype)}>"
         value = self.let(f"load {kind}, ptr {self.at(offset)}, align {self._alignment(dtype)}")
-        return self._from_memory(value, dtype)
+        return self.from_memory(value, dtype)
 
     def write(self, offset: int, dtype: str, value: str) -> None:
         """Stores a vector in the workspace."""
@@ -159,7 +159,8 @@ class Frame(Code):
     def _alignment(self, dtype: str) -> int:
         return min(64, np.dtype(dtype).itemsize * self.width)
 
-    def _from_memory(self, value: str, dtype: str) -> str:
+    def from_memory(self, value: str, dtype: str) -> str:
+        """Returns a vector as loaded, a boolean from its bytes."""
         if dtype != "bool":
             return value
         return self.let(f"trunc <{self.width} x i8> {value} to {self.vector('bool')}")

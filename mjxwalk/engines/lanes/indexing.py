@@ -176,6 +176,11 @@ def _starts(
     return starts
 
 
+def _ints(numbers: Sequence[Any]) -> tuple[int, ...]:
+    """Returns a primitive's parameter as plain integers, which it not always is."""
+    return tuple(map(int, numbers))
+
+
 def _mode(p: Params) -> str:
     return str(p["mode"]).rpartition(".")[2].lower()
 
@@ -184,9 +189,9 @@ def _gather(t: Tracer, p: Params, inputs: list[Value], equation: Equation) -> li
     operand, indices = inputs
     d = p["dimension_numbers"]
     shape = operand.array.shape
-    starts = _starts(t, len(shape), indices, d.start_index_map, d.operand_batching_dims,
-                     d.start_indices_batching_dims)  # fmt: skip
-    windows = _windows(t, shape, starts, p["slice_sizes"])
+    starts = _starts(t, len(shape), indices, _ints(d.start_index_map),
+                     _ints(d.operand_batching_dims), _ints(d.start_indices_batching_dims))  # fmt: skip
+    windows = _windows(t, shape, starts, _ints(p["slice_sizes"]))
     if operand.array.size == 0:  # nothing to read: only an empty result makes sense
         return [Known(np.zeros(equation.outvars[0].aval.shape, operand.dtype))]
     read = _read(t, operand, windows)
@@ -200,7 +205,7 @@ def _gather(t: Tracer, p: Params, inputs: list[Value], equation: Equation) -> li
     dropped = (*d.collapsed_slice_dims, *d.operand_batching_dims)
     axes = tuple(batch + axis for axis in dropped)
     rank = read.array.ndim - len(axes)
-    order = _interleaved(rank, d.offset_dims, batch)
+    order = _interleaved(rank, _ints(d.offset_dims), batch)
     return [t.move(lambda x: x.squeeze(axes).transpose(order), read)]
 
 
@@ -228,12 +233,13 @@ def _scatter(combine: str) -> Handler:
         dropped = (*d.inserted_window_dims, *d.operand_batching_dims)
         spans = iter(updates.array.shape[axis] for axis in d.update_window_dims)
         sizes = [1 if axis in dropped else next(spans) for axis in range(len(shape))]
-        starts = _starts(t, len(shape), indices, d.scatter_dims_to_operand_dims,
-                         d.operand_batching_dims, d.scatter_indices_batching_dims)  # fmt: skip
+        starts = _starts(t, len(shape), indices, _ints(d.scatter_dims_to_operand_dims),
+                         _ints(d.operand_batching_dims),
+                         _ints(d.scatter_indices_batching_dims))  # fmt: skip
         windows = _windows(t, shape, starts, sizes)
         if "clip" in _mode(p):
             windows = dataclasses.replace(windows, inside=_everywhere(windows.inside))
-        order = np.argsort(_interleaved(updates.array.ndim, d.update_window_dims, batch))
+        order = np.argsort(_interleaved(updates.array.ndim, _ints(d.update_window_dims), batch))
         updates = t.move(lambda x: x.transpose(order), updates)
         return [_write(t, operand, windows, updates, combine)]
 
@@ -246,7 +252,7 @@ def _everywhere(inside: Value) -> Known:
 
 def _dynamic_slice(t: Tracer, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
     operand, *starts = inputs
-    windows = _windows(t, operand.array.shape, starts, p["slice_sizes"])
+    windows = _windows(t, operand.array.shape, starts, _ints(p["slice_sizes"]))
     return [_read(t, operand, windows)]
 
 

@@ -1,21 +1,20 @@
-"""Blocks of steps: values computed for all lanes, loads at computed places, inner loops."""
+"""Blocks of steps: values computed for all lanes, and inner loops."""
 
 from collections.abc import Iterable
 
-import numpy as np
-
-from mjxwalk.engines.lanes.code import memory_type
 from mjxwalk.engines.lanes.emit import emit
-from mjxwalk.engines.lanes.frame import Frame
+from mjxwalk.engines.lanes.loads import Loads
 from mjxwalk.engines.lanes.program import Step, Turns
 
 
-class Steps(Frame):
+class Steps(Loads):
     """A frame that can compute a program's steps."""
 
     def run(self, steps: Iterable[Step], live: str) -> None:
         """Computes steps; inner loops run for the lanes whose bit is set in `live`."""
+        steps = tuple(steps)
         mask = ""
+        self.pair(step for step in steps if isinstance(step, int))
         for step in steps:
             if isinstance(step, Turns):
                 mask = mask or self.mask(live)
@@ -28,38 +27,12 @@ class Steps(Frame):
         node = self.graph.nodes[node_id]
         if node.op == "input":
             return  # fetched where it is used
-        if node.op == "load":
-            array = self.arguments[node.data]
-            index = self.value(node.args[0])
-            self.values[node_id] = self._gather(
-                f"%inputs.{node.data}", index, node.dtype, 0 if array.shared else array.size
-            )
-        elif node.op == "lookup":
-            index = self.value(node.args[0])
-            self.values[node_id] = self._gather(f"@{node.data}", index, node.dtype, 0)
+        if node_id in self.values:
+            return  # its neighbour in a table brought it along
+        if node.op in ("load", "lookup"):
+            self.load(node_id)
         else:
             self.values[node_id] = emit(self, node_id)
-
-    def _gather(self, array: str, index: str, dtype: str, row: int) -> str:
-        """Loads array[index] in every lane, from the walker's own row if rows have a size."""
-        kind, lanes = memory_type(dtype), self.width
-        index_type = self.vector("int32")
-        if row:
-            walkers = self.read(self.walkers, "int64")
-            wide = self.vector("int64")
-            start = self.let(f"mul {wide} {walkers}, {self.splat(row, 'int64')}")
-            index = self.let(
-                f"add {wide} {start}, {self.let(f'zext {index_type} {index} to {wide}')}"
-            )
-            index_type = wide
-        spots = self.let(f"getelementptr {kind}, ptr {array}, {index_type} {index}")
-        name = f"llvm.masked.gather.v{lanes}{_suffix(kind)}.v{lanes}p0"
-        value = self.call(
-            name, f"<{lanes} x {kind}>", (f"<{lanes} x ptr>", spots),
-            ("i32", str(np.dtype(dtype).itemsize)), (self.vector("bool"), "splat (i1 true)"),
-            (f"<{lanes} x {kind}>", "poison"),
-        )  # fmt: skip
-        return self._from_memory(value, dtype)
 
     def _turn(self, loop: Turns, live: str) -> None:
         """An inner loop: runs while any lane wants a step, and holds the lanes that do not."""
@@ -102,12 +75,9 @@ class Steps(Frame):
                 self.values[found] = result
 
     def _body(self, loop: Turns, mask: str) -> None:
+        self.pair(step for step in loop.body if isinstance(step, int))
         for step in loop.body:
             if isinstance(step, Turns):
                 self._turn(step, mask)
             else:
                 self.compute(step)
-
-
-def _suffix(kind: str) -> str:
-    return {"float": "f32", "double": "f64"}.get(kind, kind)

@@ -45,7 +45,7 @@ def _rows(x: Array, axes: tuple[int, ...]) -> tuple[Array, tuple[int, ...]]:
 def _reduction(op: str) -> Handler:
     def handler(t: Tracer, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
         dtype = inputs[0].dtype
-        rows, shape = _rows(t.nodes(inputs[0]), tuple(p["axes"]))
+        rows, shape = _rows(t.nodes(inputs[0]), tuple(map(int, p["axes"])))
         ids = np.array([fold(t, op, row, dtype) for row in rows.tolist()], np.int64)
         return [t.settled(ids.reshape(shape), dtype)]
 
@@ -68,7 +68,7 @@ def _cumulative(op: str) -> Handler:
 def _arg_extreme(op: str) -> Handler:
     def handler(t: Tracer, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
         dtype, index = inputs[0].dtype, np.dtype(p["index_dtype"]).name
-        rows, shape = _rows(t.nodes(inputs[0]), tuple(p["axes"]))
+        rows, shape = _rows(t.nodes(inputs[0]), tuple(map(int, p["axes"])))
         build, found = t.build, []
         for row in rows.tolist():
             best, place = row[0], build.constant(0, index)
