@@ -1,0 +1,99 @@
+"""What has to be measured in a fresh process: compiling, and the peak memory of a population.
+
+`python -m mjxwalk.bench.child compile planar` prints one line of JSON.
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from mjxwalk.errors import RunError
+
+MEMORY_STEPS = 100  # ours: memory is taken at the start
+
+
+def compile_seconds(body: str) -> tuple[float, float]:
+    """Returns seconds to compile a body's rollout with an empty disk cache, and with a full one."""
+    with tempfile.TemporaryDirectory() as folder:
+        cold, warm = (_ask(["compile", body], cache=folder) for _ in range(2))
+    return cold["seconds"], warm["seconds"]
+
+
+def peak_memory(body: str, size: int) -> dict[str, int]:
+    """Returns a process's peak memory in bytes, `before` and `after` a population walks."""
+    return _ask(["memory", body, str(size)])
+
+
+def _ask(args: list[str], cache: str | None = None) -> dict[str, Any]:
+    """Returns what this module prints in a process of its own.
+
+    Args:
+      args: of the process.
+      cache: folder that serves as the user's cache; None for the real one.
+    """
+    env = dict(os.environ)
+    if cache is not None:
+        env["XDG_CACHE_HOME"] = cache
+        env.pop("JAX_COMPILATION_CACHE_DIR", None)
+    command = [sys.executable, "-m", "mjxwalk.bench.child", *args]
+    done = subprocess.run(command, env=env, capture_output=True, text=True)
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
+        raise RunError(f"`mjxwalk.bench.child {' '.join(args)}` failed: {last}")
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def _compile(body: str) -> dict[str, Any]:
+    from mjxwalk.bench import bodies
+    from mjxwalk.engines import lanes
+
+    study = bodies.experiment(body)
+    walkers = bodies.walkers(study, 1)
+    mapped = lanes.vmap(study.rollout, bodies.TRIAL_AXES)
+    started = time.perf_counter()
+    mapped.compile(walkers.genotypes, walkers.terrain)
+    return {"seconds": time.perf_counter() - started}
+
+
+def _memory(body: str, size: str) -> dict[str, Any]:
+    from mjxwalk.bench import bodies, contenders
+    from mjxwalk.engines import lanes
+
+    study = bodies.experiment(body)
+    contenders.Engine(lanes.vmap, bodies.walkers(study, 1))(1)
+    before = _peak_bytes()
+    contenders.Engine(lanes.vmap, bodies.walkers(study, int(size)))(MEMORY_STEPS)
+    return {"before": before, "after": _peak_bytes()}
+
+
+def _peak_bytes() -> int:
+    """Returns the most memory that this process has held."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        # `getrusage` would start from what the parent held when it forked.
+        found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text())
+        if found:
+            return 1024 * int(found[1])
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else 1024 * peak
+
+
+def main(args: list[str]) -> None:
+    """Measures and prints one line of JSON."""
+    from mjxwalk import engines
+
+    engines.prepare()
+    ask = {"compile": _compile, "memory": _memory}[args[0]]
+    print(json.dumps(ask(*args[1:])))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

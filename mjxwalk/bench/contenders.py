@@ -1,0 +1,82 @@
+"""The engines and C MuJoCo as contenders: each takes steps for all walkers and counts them."""
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from mjxwalk.bench.bodies import FIXED_AXES, Walkers, fixed_steps, walkers
+from mjxwalk.engines import lanes, mjx
+from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.experiments.experiment import Experiment
+
+# `mujoco.rollout` keeps every state that it goes through, so longer ones are run in parts.
+LONGEST_ROLLOUT = 100  # steps; ours
+
+
+class Engine:
+    """`vmap` of one of our engines over walkers that take a fixed number of steps.
+
+    Attributes:
+      mapped: the engine's function of all walkers.
+    """
+
+    def __init__(self, vmap: Callable[..., Any], population: Walkers) -> None:
+        walker = functools.partial(fixed_steps, population.start, population.advance)
+        self.mapped = vmap(walker, FIXED_AXES)
+        self._population = population
+
+    def __call__(self, steps_per_walker: int) -> int:
+        """Takes the steps and returns how many all walkers took together."""
+        given = self._population
+        walked = self.mapped(given.genotypes, given.terrain, np.int32(steps_per_walker))
+        jax.block_until_ready(walked)
+        return int(np.asarray(walked.steps).sum(dtype=np.int64))
+
+
+class MujocoRollout:
+    """C MuJoCo's `mujoco.rollout`: the same model, no controller, zero controls."""
+
+    def __init__(self, study: Experiment, size: int, threads: int) -> None:
+        from mujoco import rollout
+
+        self._model = study.env.model.mujoco
+        self._data = [mujoco.MjData(self._model) for _ in range(threads)]
+        self._states = np.tile(_first_state(study, self._model), (size, 1))
+        pool: Any = rollout.Rollout
+        self._pool = pool(nthread=threads)
+
+    def __call__(self, steps_per_walker: int) -> int:
+        """Takes the steps and returns how many all walkers took together."""
+        states, taken = self._states, 0
+        while taken < steps_per_walker:
+            steps = min(LONGEST_ROLLOUT, steps_per_walker - taken)
+            passed, _ = self._pool.rollout(self._model, self._data, states, nstep=steps)
+            states = passed[:, -1]
+            taken += passed.shape[1]
+        return len(states) * taken
+
+
+def make(study: Experiment, size: int, threads: int) -> dict[str, Any]:
+    """Returns the contenders by name."""
+    population = walkers(study, size)
+    return {
+        "lanes": Engine(lanes.vmap, population),
+        "mjx": Engine(mjx.vmap, population),
+        "mujoco_rollout": MujocoRollout(study, size, threads),
+    }
+
+
+def _first_state(study: Experiment, model: Any) -> Any:
+    """Returns MuJoCo's state vector of a walker at the start of a trial."""
+    terrain = walkers(study, 1).terrain
+    first = study.env.reset(terrain._replace(row=jnp.zeros((), jnp.int32)))
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = np.asarray(first.qpos), np.asarray(first.qvel)
+    everything = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state = np.zeros(mujoco.mj_stateSize(model, everything))
+    mujoco.mj_getState(model, data, state, everything)
+    return state

@@ -1,0 +1,198 @@
+"""Runs all measurements, one after the other."""
+
+import dataclasses
+import os
+import platform
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+
+import mjxwalk
+from mjxwalk.bench import bodies, child, contenders, timing
+from mjxwalk.bench.evolved import Evolved
+from mjxwalk.bench.peak import Peak
+from mjxwalk.bench.results import (
+    Arithmetic,
+    CompileSeconds,
+    Evolution,
+    Machine,
+    Results,
+    Scaling,
+    Speed,
+)
+from mjxwalk.engines import lanes
+from mjxwalk.engines.lanes import running
+from mjxwalk.engines.selection import num_cores
+from mjxwalk.experiments.experiment import Experiment
+from mjxwalk.runs import manifest
+
+MAIN = "planar"  # the body that everything but the engines' speed is measured with
+PEAK = "peak"
+Say = Callable[[str], None]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Sizes:
+    """How much is measured.
+
+    Attributes:
+      quick: whether this is less than usual.
+      population: walkers at once where engines are compared.
+      seconds: that a timing should take.
+      repeats: timings that a median is of.
+      generations: of the evolution.
+      populations: whose cost a step is compared, smallest first.
+      shortest: steps a walker takes at least, where populations are compared.
+    """
+
+    quick: bool
+    population: int
+    seconds: float
+    repeats: int
+    generations: int
+    populations: tuple[int, ...]
+    shortest: int
+
+
+FULL = Sizes(
+    quick=False,
+    population=1024,
+    seconds=0.4,
+    repeats=9,
+    generations=40,
+    populations=(64, 1024, 65_536),
+    shortest=1000,
+)
+QUICK = Sizes(
+    quick=True,
+    population=1024,
+    seconds=0.15,
+    repeats=5,
+    generations=20,
+    populations=(64, 1024, 8192),
+    shortest=500,
+)
+
+
+class Engines(NamedTuple):
+    """Speed of the engines with one body, and the CPU's peak in operations/s meanwhile."""
+
+    speed: Speed
+    peak: float
+    mapped: lanes.Mapped
+
+
+def measure(sizes: Sizes, say: Say) -> Results:
+    """Returns what was measured.
+
+    Args:
+      sizes: how much.
+      say: is told what is being measured.
+    """
+    machine = _machine()
+    measured: dict[str, Engines] = {}
+    for body in bodies.BODIES:
+        say(f"measuring the engines with the {body} body")
+        measured[body] = engines(bodies.experiment(body), sizes)
+    study = bodies.experiment(MAIN)
+    say("measuring how long compiling takes, without and with the disk cache")
+    cold, warm = child.compile_seconds(MAIN)
+    say(f"measuring trials of a population that evolves for {sizes.generations} generations")
+    evolution = evolve(study, sizes)
+    say("measuring populations from small to large")
+    scaling = scale(study, sizes)
+    return Results(
+        quick=sizes.quick,
+        repeats=sizes.repeats,
+        speeds={body: found.speed for body, found in measured.items()},
+        compile_s=CompileSeconds(cold=cold, warm=warm),
+        evolution=evolution,
+        population_scaling=scaling,
+        arithmetic=arithmetic(measured[MAIN]),
+        machine=machine,
+        versions=_versions(),
+    )
+
+
+def engines(study: Experiment, sizes: Sizes) -> Engines:
+    """Returns how fast the engines are with one body, in turn with the CPU's peak."""
+    threads = running.threads()
+    rivals: dict[str, Any] = contenders.make(study, sizes.population, threads)
+    field = {**rivals, PEAK: Peak(threads)}
+    amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
+    timings = timing.in_turn(field, amounts, sizes.repeats)
+    rates = {name: timing.rate(timings[name]) for name in field}
+    peak = rates.pop(PEAK)
+    del amounts[PEAK]
+    speed = Speed(population=sizes.population, steps_per_s=rates, steps_per_walker=amounts)
+    return Engines(speed, peak, rivals["lanes"].mapped)
+
+
+def arithmetic(measured: Engines) -> Arithmetic:
+    """Returns how near to the CPU's peak the lanes engine came."""
+    kernel = measured.mapped.compiled
+    assert kernel is not None  # it has run
+    return Arithmetic(
+        operations_per_step=kernel.operations,
+        steps_per_s=measured.speed.steps_per_s["lanes"],
+        peak_gflops=1e-9 * measured.peak,
+        width=kernel.target.width,
+        threads=measured.mapped.threads,
+    )
+
+
+def evolve(study: Experiment, sizes: Sizes) -> Evolution:
+    """Returns how fast a population that has evolved runs, in turn with one that never falls."""
+    evolved = Evolved(study, sizes.generations)
+    level = contenders.Engine(lanes.vmap, bodies.walkers(study, evolved.size))
+    field = {"evolved": evolved, PEAK: level}
+    amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
+    timings = timing.in_turn(field, amounts, sizes.repeats)
+    return Evolution(
+        generations=sizes.generations,
+        population=evolved.size,
+        lane_utilisation=evolved.mapped.utilisation,
+        steps_per_s=timing.rate(timings["evolved"]),
+        peak_steps_per_s=timing.rate(timings[PEAK]),
+    )
+
+
+def scale(study: Experiment, sizes: Sizes) -> Scaling:
+    """Returns what a step costs in small and large populations."""
+    field = {
+        str(size): contenders.Engine(lanes.vmap, bodies.walkers(study, size))
+        for size in sizes.populations
+    }
+    amounts = {
+        name: max(sizes.shortest, timing.calibrate(one, sizes.seconds))
+        for name, one in field.items()
+    }
+    timings = timing.in_turn(field, amounts, sizes.repeats)
+    memory = child.peak_memory(MAIN, sizes.populations[-1])
+    return Scaling(
+        ns_per_step={int(name): 1e9 / timing.rate(timings[name]) for name in field},
+        steps_per_walker={int(name): amount for name, amount in amounts.items()},
+        peak_memory_bytes=memory["after"],
+        memory_before_bytes=memory["before"],
+    )
+
+
+def _machine() -> Machine:
+    devices = jax.devices()
+    return Machine(
+        cpu=manifest.cpu_model(),
+        cores=os.cpu_count() or 1,
+        usable_cores=num_cores(),
+        load_average=os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
+        mjx_devices=f"{len(devices)} x {devices[0].device_kind}",
+        accelerator=devices[0].platform != "cpu",
+    )
+
+
+def _versions() -> dict[str, str | None]:
+    return {
+        "mjxwalk": mjxwalk.__version__,
+        "python": platform.python_version(),
+        **manifest.versions(),
+    }

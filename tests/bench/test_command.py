@@ -1,0 +1,83 @@
+"""Tests of the command: what it refuses, and what it writes."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bench.given import RESULTS
+
+from mjxwalk.bench import measuring
+from mjxwalk.bench.measuring import FULL, QUICK, Sizes
+from mjxwalk.bench.results import Results
+from mjxwalk.cli import main
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Sizes]:
+    """Returns the sizes that were measured; the results are made up."""
+    measured: list[Sizes] = []
+
+    def measure(sizes: Sizes, say: Any) -> Results:
+        measured.append(sizes)
+        return RESULTS
+
+    monkeypatch.setattr(measuring, "measure", measure)
+    return measured
+
+
+@pytest.mark.parametrize(
+    ("path", "why"),
+    [("nowhere/b.json", "no such file or directory"), (".", "is a directory")],
+)
+def test_a_file_that_cannot_be_written_is_refused_before_measuring(
+    path: str,
+    why: str,
+    asked: list[Sizes],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["bench", "--json", path]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err == f"mjxwalk: --json {path} cannot be written: {why}\n"
+    assert not asked
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_old_file_is_kept_until_there_are_new_numbers(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    file = tmp_path / "bench.json"
+    file.write_text("old")
+
+    def stopped(sizes: Sizes, say: Any) -> Results:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(measuring, "measure", stopped)
+    assert main(["bench", "--json", str(file)]) == 130
+    assert file.read_text() == "old"
+
+
+def test_json_holds_what_is_shown(
+    asked: list[Sizes], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "bench.json"
+    assert main(["bench", "--quick", "--json", str(file)]) == 0
+    assert asked == [QUICK]
+    data = json.loads(file.read_text())
+    assert data["planar"]["lanes_over_mjx"] == 250.0
+    shown = capsys.readouterr().out
+    assert "lanes / mjx = 250" in shown
+    assert re.search(rf"took \d+ s, wrote {re.escape(str(file))}\n$", shown)
+
+
+def test_quick_measures_less_of_everything(asked: list[Sizes]) -> None:
+    assert main(["bench"]) == 0
+    assert asked == [FULL]
+    assert QUICK.population == FULL.population
+    assert QUICK.populations[-1] < FULL.populations[-1]
+    assert QUICK.seconds * QUICK.repeats < FULL.seconds * FULL.repeats

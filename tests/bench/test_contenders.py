@@ -1,0 +1,100 @@
+"""Tests of the contenders with few walkers; nothing is said of their speed."""
+
+import dataclasses
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+
+from mjxwalk.bench import bodies, contenders
+from mjxwalk.bench.evolved import Evolved
+from mjxwalk.bench.peak import CHAINS, Peak
+from mjxwalk.engines import lanes, mjx
+from mjxwalk.envs import Terrain
+
+STUDY = dataclasses.replace(bodies.experiment("planar"), population_size=8)
+LONG = contenders.LONGEST_ROLLOUT + 7  # more than one part
+
+
+def start(genotype: Any, terrain: Any) -> Any:
+    """Returns a point mass on the ground."""
+    return terrain.heights[terrain.row, 0] + 0.0 * genotype
+
+
+def advance(genotype: Any, terrain: Any, height: Any) -> Any:
+    """Returns it a little higher."""
+    del terrain
+    return height + genotype
+
+
+def climbers(size: int) -> bodies.Walkers:
+    rows: Any = np.zeros(size, np.int32)
+    terrain = Terrain(np.ones((1, 3), np.float32), rows)  # type: ignore[arg-type]
+    return bodies.Walkers(start, advance, np.arange(size, dtype=np.float32), terrain)
+
+
+@pytest.fixture(scope="module")
+def walking() -> contenders.Engine:
+    return contenders.Engine(lanes.vmap, bodies.walkers(STUDY, 4))
+
+
+@pytest.mark.parametrize("steps", [1, 3, LONG])
+def test_every_contender_takes_the_same_steps(steps: int) -> None:
+    rivals = {
+        "lanes": contenders.Engine(lanes.vmap, climbers(5)),
+        "mjx": contenders.Engine(mjx.vmap, climbers(5)),
+        "mujoco_rollout": contenders.MujocoRollout(STUDY, 5, 2),
+    }
+    assert {name: rival(steps) for name, rival in rivals.items()} == dict.fromkeys(
+        rivals, 5 * steps
+    )
+
+
+def test_the_steps_are_taken_and_not_only_counted() -> None:
+    population = climbers(5)
+    for vmap in (lanes.vmap, mjx.vmap):
+        engine = contenders.Engine(vmap, population)
+        walked = engine.mapped(population.genotypes, population.terrain, np.int32(6))
+        np.testing.assert_array_equal(walked.walk, 1 + 6 * np.arange(5))
+
+
+@pytest.mark.slow
+def test_walkers_that_fall_go_on_to_the_last_step(walking: contenders.Engine) -> None:
+    population = bodies.walkers(STUDY, 4)
+    # Without a gait they fall within a second.
+    walked = walking.mapped(population.genotypes, population.terrain, np.int32(2000))
+    assert walked.walk.state.done.all()
+    assert walked.walk.state.num_steps.tolist() == [2000] * 4
+    assert walking(2000) == 8000
+
+
+def test_a_compiled_walker_is_found_on_the_disk_again() -> None:
+    contenders.Engine(lanes.vmap, climbers(5))(1)
+    again = contenders.Engine(lanes.vmap, climbers(7))
+    again(1)
+    assert again.mapped.compiled.cached
+
+
+@pytest.mark.slow
+def test_an_evolved_population_counts_the_steps_of_its_trials() -> None:
+    evolved = Evolved(STUDY, generations=2)
+    assert evolved.size == 8
+    once = evolved(1)
+    assert 8 * 50 < once < 8 * 60_000  # nobody falls in 50 ms; the budget ends a trial at 60 s
+    assert evolved(3) == 3 * once
+    assert 0 < evolved.mapped.utilisation <= 1
+
+
+@pytest.mark.parametrize("width", [4, 8])
+def test_the_peak_counts_the_operations_of_its_vectors(width: int) -> None:
+    peak = Peak(threads=2, width=width)
+    assert peak(1) == 1000 * CHAINS * width * 2 * 2
+
+
+def test_walkers_differ_in_their_weights_and_share_the_ground() -> None:
+    population = bodies.walkers(STUDY, 3)
+    leaf = jax.tree.leaves(population.genotypes)[0]
+    assert leaf.shape[0] == 3 and len(np.unique(leaf.reshape(3, -1), axis=0)) == 3
+    assert population.terrain.heights.shape[0] == 1
+    assert population.terrain.row.tolist() == [0, 0, 0]

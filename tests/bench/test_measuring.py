@@ -1,0 +1,91 @@
+"""Tests of how the measurements go together, with contenders that only count."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from mjxwalk.bench import bodies, child, contenders, measuring, showing
+from mjxwalk.bench.measuring import Sizes
+from mjxwalk.bench.results import as_json
+
+TINY = Sizes(
+    quick=True,
+    population=4,
+    seconds=1e-4,
+    repeats=2,
+    generations=3,
+    populations=(2, 4),
+    shortest=50_000_000,
+)
+
+
+class Counter:
+    """A contender that takes no time to speak of."""
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        target = SimpleNamespace(width=8)
+        kernel = SimpleNamespace(operations=2000, target=target)
+        self.mapped = SimpleNamespace(compiled=kernel, threads=2, utilisation=0.9)
+
+    def __call__(self, amount: int) -> int:
+        for _ in range(min(amount, 100_000)):
+            pass
+        return self.size * amount
+
+
+@pytest.fixture(autouse=True)
+def counters(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Puts counters in the place of all that computes, and answers for fresh processes."""
+
+    def make(study: Any, size: int, threads: int) -> dict[str, Counter]:
+        return {name: Counter(size) for name in ("lanes", "mjx", "mujoco_rollout")}
+
+    def engine(vmap: Any, population: bodies.Walkers) -> Counter:
+        return Counter(len(population.terrain.row))
+
+    def evolved(study: Any, generations: int) -> Counter:
+        return Counter(8)
+
+    def seconds(body: str) -> tuple[float, float]:
+        return 2.0, 0.1
+
+    def memory(body: str, size: int) -> dict[str, int]:
+        return {"before": 1000, "after": 1000 + size}
+
+    monkeypatch.setattr(contenders, "make", make)
+    monkeypatch.setattr(contenders, "Engine", engine)
+    monkeypatch.setattr(measuring, "Evolved", evolved)
+    monkeypatch.setattr(child, "compile_seconds", seconds)
+    monkeypatch.setattr(child, "peak_memory", memory)
+
+
+def test_everything_is_measured_and_fits_the_json() -> None:
+    said: list[str] = []
+    data = as_json(measuring.measure(TINY, said.append))
+    assert len(said) == 4
+    planar = data["planar"]
+    assert set(planar["steps_per_walker"]) == {"lanes", "mjx", "mujoco_rollout"}
+    assert planar["lanes_over_mjx"] == planar["lanes"] / planar["mjx"]
+    assert data["compile_s"] == {"cold": 2.0, "warm": 0.1}
+    assert data["lane_utilisation"] == 0.9
+    assert data["evolution"]["population"] == 8 and data["evolution"]["generations"] == 3
+    arithmetic = data["arithmetic"]
+    assert (arithmetic["operations_per_step"], arithmetic["width"]) == (2000, 8)
+    assert arithmetic["gflops"] == pytest.approx(2000 * planar["lanes"] / 1e9)
+    assert arithmetic["peak_gflops"] > 0
+    assert data["machine"]["usable_cores"] >= 1
+    assert data["versions"]["mujoco"]
+
+
+def test_populations_take_the_shortest_steps_at_least() -> None:
+    scaling = as_json(measuring.measure(TINY, print))["population_scaling"]
+    assert scaling["steps_per_walker"] == {"2": 50_000_000, "4": 50_000_000}
+    assert scaling["peak_memory_bytes"] == 1004
+    assert all(cost > 0 for cost in scaling["ns_per_step"].values())
+
+
+def test_what_is_measured_can_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    showing.show(measuring.measure(TINY, print))
+    assert "lanes / mujoco_rollout = " in capsys.readouterr().out
