@@ -189,8 +189,8 @@ def _gather(t: Tracer, p: Params, inputs: list[Value], equation: Equation) -> li
     operand, indices = inputs
     d = p["dimension_numbers"]
     shape = operand.array.shape
-    starts = _starts(t, len(shape), indices, _ints(d.start_index_map),
-                     _ints(d.operand_batching_dims), _ints(d.start_indices_batching_dims))  # fmt: skip
+    batches = _ints(d.operand_batching_dims), _ints(d.start_indices_batching_dims)
+    starts = _starts(t, len(shape), indices, _ints(d.start_index_map), *batches)
     windows = _windows(t, shape, starts, _ints(p["slice_sizes"]))
     if operand.array.size == 0:  # nothing to read: only an empty result makes sense
         return [Known(np.zeros(equation.outvars[0].aval.shape, operand.dtype))]
