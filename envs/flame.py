@@ -1,4 +1,4 @@
-"""Spatial walker of nine links after the robot Flame: torso, and hip link, thigh, shank, foot twice.
+"""Spatial walker of nine links after the robot Flame: a torso and two legs of four links.
 
 Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
 walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/1059712312462904, sections 2.1 and
@@ -10,6 +10,7 @@ of the trial; a walker that pitched as far as their singularity would have falle
 
 import dataclasses
 import functools
+import operator
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -18,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.envs import checks, dynamics
+from mjxwalk.envs import checks, dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.joint_stop import JointStop
@@ -33,7 +34,8 @@ LEG_LENGTH = 0.646  # m, hip to floor with the leg straight; a test holds it to 
 GRAVITY = 9.81  # m/s^2, as in MuJoCo
 # ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
 MAX_SPEED = np.array([50.0] * 3 + [1000.0] * 12, np.float32)  # m/s, rad/s
-YAW, PITCH, ROLL, ADDUCTION = 3, 4, 5, 6  # of the coordinates
+EULER = slice(3, 6)  # of the coordinates; yaw, pitch and roll
+PITCH, ROLL, ADDUCTION = 4, 5, 6
 ACTUATED = np.array([6, 7, 8, 9, 11, 12, 13])
 ANKLE_ROLLS = np.array([10, 14])
 JOINTS = slice(6, 15)
@@ -185,6 +187,11 @@ class Flame:
         return _compile()
 
     @property
+    def floating(self) -> dynamics.Model:
+        """The same with a free root, as `mjxwalk.envs.floating` takes it."""
+        return _compile_floating()
+
+    @property
     def weight(self) -> float:
         """Body weight, N."""
         return GRAVITY * float(self.model.mujoco.body_subtreemass[0])
@@ -212,8 +219,8 @@ class Flame:
         """Returns what the walker senses."""
         return Observation(
             time=state.num_steps * self.timestep,
-            torso=state.qpos[YAW : ROLL + 1],
-            torso_rate=state.qvel[YAW : ROLL + 1],
+            torso=state.qpos[EULER],
+            torso_rate=state.qvel[EULER],
             adduction=state.qpos[ADDUCTION],
             adduction_rate=state.qvel[ADDUCTION],
             angle=state.qpos[ADDUCTION + 1 :].reshape(2, 4),
@@ -224,59 +231,81 @@ class Flame:
 
     def step(self, state: State, action: Action, surface: Surface) -> State:
         """Returns the walker one physics step later, and whether its trial is over."""
-        # The tree is placed at the origin: what it does there does not depend on where it is, and
-        # near the origin float32 is finer.
-        placed = state.qpos.at[:3].set(0.0)
-        data = dynamics.forward(self.model, placed[COORDINATE], state.qvel[COORDINATE])
-        contacts, loads = self._contacts(state, data, surface)
+        axes = floating.rotation(state.qpos[EULER])
+        data = self._forward(state, axes)
+        contacts, loads = self._contacts(state, data, axes, surface)
         torque, inertia = self._joint_forces(state, action)
         qacc = dynamics.acceleration(
-            self.model, data, _on_joints(torque), _on_joints(inertia), loads, COUPLING
+            self.floating, data, _on_joints(torque), _on_joints(inertia), loads, COUPLING
         )
+        turning = floating.euler_acceleration(state.qpos[EULER], state.qvel[EULER], qacc[EULER])
+        qacc = jnp.concatenate([axes @ qacc[:3], turning, qacc[JOINTS]])
         qvel = state.qvel + self.timestep * qacc
         applied = self._applied_torque(state, action, qvel)
-        touching = jnp.stack([contact.touching for contact in contacts])
-        ahead = jnp.stack([jnp.cos(state.qpos[YAW]), jnp.sin(state.qpos[YAW])])
-        ankles = [data.xpos[self.model.mujoco.body(foot).id, :2] @ ahead for foot in FEET]
+        ankles = data.xpos[np.array([self.floating.mujoco.body(foot).id for foot in FEET])]
+        # Seen along the torso's pitch, the heading is level.
+        cosine, sine = jnp.cos(state.qpos[PITCH]), jnp.sin(state.qpos[PITCH])
+        ahead = jnp.stack(
+            [cosine, sine * jnp.sin(state.qpos[ROLL]), sine * jnp.cos(state.qpos[ROLL])]
+        )
         moved = state._replace(
             qpos=state.qpos + self.timestep * qvel,
             qvel=qvel,
-            stretch=jnp.stack([contact.stretch for contact in contacts]),
-            touching=touching,
-            ankle_x=jnp.stack(ankles),
+            stretch=contacts.stretch,
+            touching=contacts.touching,
+            ankle_x=ankles @ ahead,
             num_steps=state.num_steps + 1,
-            flight_time=jnp.where(touching.any(), 0.0, state.flight_time + self.timestep),
+            flight_time=jnp.where(contacts.touching.any(), 0.0, state.flight_time + self.timestep),
             torque_cost=state.torque_cost + self.timestep * jnp.abs(applied).sum(),
             work=state.work + self.timestep * jnp.abs(applied * qvel[ACTUATED]).sum(),
         )
         return self._judge(state, moved, surface)
 
+    def _forward(self, state: State, axes: Float[Array, "3 3"]) -> Any:
+        """Returns positions, velocities and bias forces in the torso's axes."""
+        velocity = state.qvel[:3] @ axes
+        spin = floating.spin(state.qpos[EULER], state.qvel[EULER])
+        return floating.forward(
+            self.floating,
+            state.qpos[COORDINATE][6:],
+            jnp.concatenate([velocity, spin, state.qvel[COORDINATE][6:]]),
+            -GRAVITY * axes[2],
+        )
+
     def _contacts(
-        self, state: State, data: Any, surface: Surface
-    ) -> tuple[list[ContactForce], dict[int, list[dynamics.PointLoad]]]:
+        self, state: State, data: Any, axes: Float[Array, "3 3"], surface: Surface
+    ) -> tuple[ContactForce, dict[int, list[dynamics.PointLoad]]]:
         """Returns the ground's force on the feet's corners, and the same as loads on the feet."""
-        contacts: list[ContactForce] = []
-        loads: dict[int, list[dynamics.PointLoad]] = {}
-        model = self.model.mujoco
-        for index, name in enumerate(CONTACT_SITES):
-            site = model.site(name).id
-            body = int(model.site_bodyid[site])
-            point = data.site_xpos[site]
-            offset = dynamics.point_offset(data, point)
-            velocity = dynamics.point_velocity(data, body, offset)
-            place = state.qpos[:3] + point
+
+        def push(
+            offset: Array, velocity: Array, stretch: Array
+        ) -> tuple[ContactForce, dynamics.PointLoad]:
+            x, y, z = state.qpos[:3] + axes @ offset
+            velocity = axes @ velocity
             contact = self.contact.force(
-                self.surface.height(surface, place[0], place[1]) - place[2],
+                self.surface.height(surface, x, y) - z,
                 (velocity[:2], velocity[2]),
-                state.stretch[index],
+                stretch,
                 timestep=self.timestep,
                 implicit=self.integrator == "implicit",
             )
-            force = jnp.append(contact.tangential, contact.normal)
-            load = dynamics.PointLoad(offset, force, contact.added_mass)
-            contacts.append(contact)
-            loads.setdefault(body, []).append(load)
-        return contacts, loads
+            force = jnp.append(contact.tangential, contact.normal) @ axes
+            return contact, dynamics.PointLoad(offset, force, contact.added_mass)
+
+        model = self.floating.mujoco
+        sites = np.array([model.site(name).id for name in CONTACT_SITES])
+        bodies = model.site_bodyid[sites]
+        corners = model.site_pos[sites].astype(np.float32)
+        offsets = data.xpos[bodies] + (data.xmat[bodies] @ corners[:, :, None])[:, :, 0]
+        velocities = jax.vmap(lambda motion, r: motion[3:] + jnp.cross(motion[:3], r))(
+            data.cvel[bodies], offsets
+        )
+        contacts, loads = jax.vmap(push)(offsets, velocities, state.stretch)
+        by_body: dict[int, list[dynamics.PointLoad]] = {}
+        for index, body in enumerate(bodies.tolist()):
+            load = jax.tree.map(operator.itemgetter(index), loads)
+            by_body.setdefault(body, []).append(load)
+        return contacts, by_body
 
     def _joint_forces(
         self, state: State, action: Action
@@ -305,7 +334,7 @@ class Flame:
     def _applied_torque(
         self, state: State, action: Action, qvel: Float[Array, "15"]
     ) -> Float[Array, "7"]:
-        """Returns what the motors gave over the step, N m; joint stops and springs are no motors."""
+        """Returns what the motors gave over the step, N m; stops and springs are no motors."""
         rate = qvel[ACTUATED] if self.integrator == "implicit" else state.qvel[ACTUATED]
         ahead = self.timestep * rate if self.integrator == "implicit" else 0.0
         held = action.stiffness * (action.target - state.qpos[ACTUATED] - ahead)
@@ -345,6 +374,12 @@ def _joint_ranges() -> tuple[Float[np.ndarray, "9"], Float[np.ndarray, "9"]]:
 @functools.cache
 def _compile() -> dynamics.Model:
     return dynamics.compile_model(mujoco.MjSpec.from_file(str(MODEL_PATH)))
+
+
+@functools.cache
+def _compile_floating() -> dynamics.Model:
+    spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
+    return dynamics.compile_model(floating.freed(spec, "torso"))
 
 
 @functools.cache

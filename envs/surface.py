@@ -138,7 +138,7 @@ def _coins(words: UInt32[Array, "num word"], count: int) -> Bool[Array, "num cou
 
 
 def _box_sum(grid: Array, axis: int) -> Array:
-    """Returns sums over `FILTER_SIDE` neighbours along an axis, which gets shorter by the margins."""
+    """Returns sums over `FILTER_SIDE` neighbours along an axis, shorter by the margins."""
     size = grid.shape[axis] - 2 * MARGIN
     slices = [jax.lax.slice_in_dim(grid, i, i + size, axis=axis) for i in range(FILTER_SIDE)]
     return sum(slices[1:], slices[0])

@@ -37,6 +37,31 @@ def test_friction_holds_up_to_its_limit_and_then_slips() -> None:
     np.testing.assert_allclose(slipping.stretch, 0.01, rtol=1e-6)  # 10 N / 1000 N/m
 
 
+def cone(velocity: tuple[float, float], stretch: tuple[float, float]) -> ContactForce:
+    sliding = (jnp.asarray(velocity), jnp.asarray(0.0))
+    return LAW.force(
+        jnp.asarray(0.02), sliding, jnp.asarray(stretch), timestep=0.001, implicit=False
+    )
+
+
+def test_in_space_friction_is_a_cone_that_pulls_against_the_slip() -> None:
+    held = cone((0.1, -0.2), (0.002, 0.0))
+    wanted = [-(1000 * 0.0021 + 10 * 0.1), 1000 * 0.0002 + 10 * 0.2]
+    np.testing.assert_allclose(held.tangential, wanted, rtol=1e-5)
+    np.testing.assert_allclose(held.stretch, [0.0021, -0.0002], rtol=1e-5)
+    slipping = cone((3.0, 4.0), (0.03, 0.04))
+    # Slip and stretch both point along (3, 4); the limit is 0.5 x 20 N, or 10 mm of the spring.
+    np.testing.assert_allclose(slipping.tangential, [-6.0, -8.0], rtol=1e-6)
+    np.testing.assert_allclose(slipping.stretch, [0.006, 0.008], rtol=1e-6)
+
+
+def test_along_an_axis_the_cone_is_the_planar_law() -> None:
+    for speed, stretch in ((0.1, 0.002), (3.0, 0.05), (-3.0, 0.0), (0.0, 0.0)):
+        plane, space = force(0.02, (speed, 0.0), stretch=stretch), cone((speed, 0), (stretch, 0))
+        np.testing.assert_allclose(space.tangential, [float(plane.tangential), 0.0], rtol=1e-6)
+        np.testing.assert_allclose(space.stretch, [float(plane.stretch), 0.0], rtol=1e-6)
+
+
 def test_a_foot_at_rest_does_not_creep_under_a_sideways_force() -> None:
     mass, push, dt = 2.0, 5.0, 0.001
     position = speed = stretch = 0.0

@@ -1,0 +1,156 @@
+"""A tree of bodies that floats in space, seen from its root.
+
+How a tree moves depends on where it is and how it is turned only through gravity and the ground. So
+its kinematics take axes that stand still but coincide with the root's at this instant: the root's
+own rows and columns are then constants, and each hinge turns two axes. The root's attitude is given
+by Euler's angles, z-y-x: yaw about the vertical, then pitch about y, then roll about x.
+"""
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from mjxwalk.envs._mujoco import mjx
+from mjxwalk.envs.dynamics import Model
+
+X, Y, Z = np.eye(3)
+Frame = tuple[Array, Array, Array]  # a body's axes, each in the root's axes
+
+
+def freed(spec: Any, root: str) -> Any:
+    """Returns the `mujoco.MjSpec` with the root body's joints replaced by a free joint."""
+    for joint in spec.body(root).joints:
+        spec.delete(joint)
+    spec.body(root).add_freejoint()
+    return spec
+
+
+def rotation(euler: Float[Array, "3"]) -> Float[Array, "3 3"]:
+    """Returns the matrix that takes the root's axes to the world's, of yaw, pitch and roll."""
+    frame = _identity()
+    for axis, angle in zip((Z, Y, X), euler, strict=True):
+        frame = _turned(frame, axis, angle)
+    return jnp.stack(frame, axis=1)
+
+
+def spin(euler: Float[Array, "3"], rates: Float[Array, "3"]) -> Float[Array, "3"]:
+    """Returns the root's angular velocity in its own axes, rad/s, of the angles' rates."""
+    _, pitch, roll = euler
+    yaw_rate, pitch_rate, roll_rate = rates
+    level = yaw_rate * jnp.cos(pitch)
+    sine, cosine = jnp.sin(roll), jnp.cos(roll)
+    return jnp.stack(
+        [
+            roll_rate - yaw_rate * jnp.sin(pitch),
+            cosine * pitch_rate + sine * level,
+            cosine * level - sine * pitch_rate,
+        ]
+    )
+
+
+def euler_acceleration(
+    euler: Float[Array, "3"], rates: Float[Array, "3"], acceleration: Float[Array, "3"]
+) -> Float[Array, "3"]:
+    """Returns the angles' second derivatives, of the angular acceleration in the root's axes.
+
+    They solve the derivative of `spin`; at a pitch of a right angle they are infinite.
+    """
+    _, pitch, roll = euler
+    yaw_rate, pitch_rate, roll_rate = rates
+    sine, cosine = jnp.sin(roll), jnp.cos(roll)
+    level, tilt = yaw_rate * jnp.cos(pitch), yaw_rate * jnp.sin(pitch)
+    # spin's second and third row are (pitch_rate, level), turned by the roll.
+    across = cosine * acceleration[1] - sine * acceleration[2] - roll_rate * level
+    upward = sine * acceleration[1] + cosine * acceleration[2] + roll_rate * pitch_rate
+    yaw = (upward + tilt * pitch_rate) / jnp.cos(pitch)
+    forward = acceleration[0] + yaw * jnp.sin(pitch) + level * pitch_rate
+    return jnp.stack([yaw, across, forward])
+
+
+def forward(
+    model: Model,
+    angles: Float[Array, " joint"],
+    qvel: Float[Array, " nv"],
+    gravity: Float[Array, "3"],
+) -> Any:
+    """Returns `mjx.Data` with positions, velocities and bias forces in the root's axes.
+
+    Spatial vectors refer to the root's origin, which `subtree_com` says too.
+
+    Args:
+      model: a tree with a free root, hinges about its bodies' axes and inertias along them.
+      angles: of the hinges, rad.
+      qvel: the root's velocity and angular velocity in its axes, then the hinges' rates.
+      gravity: in the root's axes, m/s^2.
+    """
+    xpos, xmat, cdof = _place(model.mujoco, angles)
+    data = model.data.replace(qvel=qvel, xpos=xpos, xmat=xmat, cdof=cdof)
+    data = data.replace(subtree_com=jnp.zeros_like(xpos))
+    data = data.tree_replace({"_impl.cinert": _inertias(model.mujoco, xpos, xmat)})
+    data = mjx.com_vel(model.mjx, data)
+    return mjx.rne(model.mjx.tree_replace({"opt.gravity": gravity}), data)
+
+
+def _place(
+    m: Any, angles: Float[Array, " joint"]
+) -> tuple[Float[Array, "body 3"], Float[Array, "body 3 3"], Float[Array, "nv 6"]]:
+    """Returns all bodies' positions and orientations, and each degree of freedom's motion."""
+    places: list[Array] = [jnp.zeros(3)] * 2  # the world's is never read
+    frames: list[Frame] = [_identity()] * 2
+    motions = [jnp.eye(6)[3:], jnp.eye(6)[:3]]
+    for body in range(2, m.nbody):
+        parent = m.body_parentid[body]
+        place = places[parent] + _along(frames[parent], m.body_pos[body])
+        frame = frames[parent]
+        first = m.body_jntadr[body]
+        for joint in range(first, first + m.body_jntnum[body]):
+            axis = _along(frame, m.jnt_axis[joint])
+            motions.append(jnp.concatenate([axis, jnp.cross(place, axis)])[None])
+            frame = _turned(frame, m.jnt_axis[joint], angles[joint - 1])
+        places.append(place)
+        frames.append(frame)
+    xmat = jnp.stack([jnp.stack(frame, axis=1) for frame in frames])
+    return jnp.stack(places), xmat, jnp.concatenate(motions)
+
+
+def _inertias(
+    m: Any, xpos: Float[Array, "body 3"], xmat: Float[Array, "body 3 3"]
+) -> Float[Array, "body 10"]:
+    """Returns spatial inertias about the origin: xx yy zz xy xz yz, m x, m y, m z, m."""
+    rows = [jnp.zeros(10)]
+    for body in range(1, m.nbody):
+        mass, (a, b, c) = m.body_mass[body], m.body_inertia[body]
+        x, y, z = xmat[body].T
+        centre = xpos[body] + _along((x, y, z), m.body_ipos[body])
+        # x x' + y y' + z z' = 1 saves the third axis.
+        outer = (c - a) * x[:, None] * x + (c - b) * y[:, None] * y
+        outer += mass * centre[:, None] * centre
+        own = c + mass * jnp.sum(centre**2) - jnp.diag(outer)
+        apart = -jnp.stack([outer[0, 1], outer[0, 2], outer[1, 2]])
+        rows.append(jnp.concatenate([own, apart, mass * centre, jnp.full(1, mass)]))
+    return jnp.stack(rows)
+
+
+def _identity() -> Frame:
+    return jnp.asarray(X, jnp.float32), jnp.asarray(Y, jnp.float32), jnp.asarray(Z, jnp.float32)
+
+
+def _along(frame: Frame, vector: Float[np.ndarray, "3"]) -> Float[Array, "3"]:
+    """Returns a body's constant vector in the root's axes."""
+    return sum(
+        (float(part) * axis for part, axis in zip(vector, frame, strict=True) if part),
+        start=jnp.zeros(3),
+    )
+
+
+def _turned(frame: Frame, axis: Float[np.ndarray, "3"], angle: Float[Array, ""]) -> Frame:
+    """Returns the axes turned about one of themselves, or about its opposite."""
+    turned = int(np.argmax(np.abs(axis)))
+    first, second = (turned + 1) % 3, (turned + 2) % 3
+    sine, cosine = float(axis[turned]) * jnp.sin(angle), jnp.cos(angle)
+    axes = list(frame)
+    axes[first] = cosine * frame[first] + sine * frame[second]
+    axes[second] = cosine * frame[second] - sine * frame[first]
+    return axes[0], axes[1], axes[2]
