@@ -13,15 +13,31 @@ from mjxwalk import experiments, rollout
 from mjxwalk.envs import Terrain
 from mjxwalk.experiments.experiment import Experiment
 
-# The name of a body in the results, and the experiment that has its body and its controller.
-BODIES: Mapping[str, str] = {"planar": "planar-lpd"}
-TRIAL_AXES: Any = (0, Terrain(None, 0))  # type: ignore[arg-type]
-FIXED_AXES: Any = (*TRIAL_AXES, None)
 WEIGHT_SIGMA = 0.3  # ours: as wide as the experiment's first generation
 SAME_WORK = (
     "same work: every walker takes the same number of steps; the rules of a trial are computed "
     "but end nobody"
 )
+
+
+class Body(NamedTuple):
+    """A body to measure with.
+
+    Attributes:
+      experiment: the one that has the body and a controller.
+      ground: what its walkers stand on, from heights and rows.
+    """
+
+    experiment: str
+    ground: Callable[[Any, Any], Any]
+
+    @property
+    def study(self) -> Experiment:
+        """The experiment itself."""
+        return experiments.get(self.experiment)
+
+
+BODIES: Mapping[str, Body] = {"planar": Body("planar-lpd", Terrain)}  # by the name in the results
 
 
 class Walked(NamedTuple):
@@ -46,27 +62,26 @@ class Walkers(NamedTuple):
     genotypes: Any
     terrain: Any
 
+    @property
+    def axes(self) -> Any:
+        """Which axis of genotypes and terrain counts walkers: they share the heights."""
+        return 0, self.terrain._replace(heights=None, row=0)
 
-def experiment(body: str) -> Experiment:
-    """Returns the experiment that has a body."""
-    return experiments.get(BODIES[body])
 
-
-def walkers(study: Experiment, size: int) -> Walkers:
+def walkers(body: Body, size: int) -> Walkers:
     """Returns walkers with weights drawn at random, all on one terrain."""
+    study = body.study
     draws = np.random.default_rng(0)
 
     def drawn(leaf: Any) -> Any:
         return draws.normal(0.0, WEIGHT_SIGMA, (size, *leaf.shape)).astype(np.float32)
 
     heights = np.asarray(study.sample_terrains(jax.random.key(0), 1, 0))
-    rows: Any = np.zeros(size, np.int32)
-    terrain: Any = Terrain(heights, rows)  # type: ignore[arg-type]
     return Walkers(
         start=functools.partial(rollout.start, study.env, study.controller),
         advance=functools.partial(rollout.advance, study.env, study.controller),
         genotypes=jax.tree.map(drawn, study.template()),
-        terrain=terrain,
+        terrain=body.ground(heights, np.zeros(size, np.int32)),
     )
 
 

@@ -53,9 +53,8 @@ def _compile(body: str) -> dict[str, Any]:
     from mjxwalk.bench import bodies
     from mjxwalk.engines import lanes
 
-    study = bodies.experiment(body)
-    walkers = bodies.walkers(study, 1)
-    mapped = lanes.vmap(study.rollout, bodies.TRIAL_AXES)
+    walkers = bodies.walkers(bodies.BODIES[body], 1)
+    mapped = lanes.vmap(bodies.BODIES[body].study.rollout, walkers.axes)
     started = time.perf_counter()
     mapped.compile(walkers.genotypes, walkers.terrain)
     return {"seconds": time.perf_counter() - started}
@@ -65,10 +64,13 @@ def _memory(body: str, size: str) -> dict[str, Any]:
     from mjxwalk.bench import bodies, contenders
     from mjxwalk.engines import lanes
 
-    study = bodies.experiment(body)
-    contenders.Engine(lanes.vmap, bodies.walkers(study, 1))(1)
+    def walk(size: int) -> None:
+        walkers = bodies.walkers(bodies.BODIES[body], size)
+        contenders.Engine(lanes.vmap, walkers)(MEMORY_STEPS)
+
+    walk(1)
     before = _peak_bytes()
-    contenders.Engine(lanes.vmap, bodies.walkers(study, int(size)))(MEMORY_STEPS)
+    walk(int(size))
     return {"before": before, "after": _peak_bytes()}
 
 

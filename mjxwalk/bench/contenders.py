@@ -5,13 +5,11 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from mjxwalk.bench.bodies import FIXED_AXES, Walkers, fixed_steps, walkers
+from mjxwalk.bench.bodies import Body, Walkers, fixed_steps, walkers
 from mjxwalk.engines import lanes, mjx
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.experiments.experiment import Experiment
 
 # `mujoco.rollout` keeps every state that it goes through, so longer ones are run in parts.
 LONGEST_ROLLOUT = 100  # steps; ours
@@ -26,7 +24,7 @@ class Engine:
 
     def __init__(self, vmap: Callable[..., Any], population: Walkers) -> None:
         walker = functools.partial(fixed_steps, population.start, population.advance)
-        self.mapped = vmap(walker, FIXED_AXES)
+        self.mapped = vmap(walker, (*population.axes, None))
         self._population = population
 
     def __call__(self, steps_per_walker: int) -> int:
@@ -40,12 +38,12 @@ class Engine:
 class MujocoRollout:
     """C MuJoCo's `mujoco.rollout`: the same model, no controller, zero controls."""
 
-    def __init__(self, study: Experiment, size: int, threads: int) -> None:
+    def __init__(self, body: Body, size: int, threads: int) -> None:
         from mujoco import rollout
 
-        self._model = study.env.model.mujoco
+        self._model = body.study.env.model.mujoco
         self._data = [mujoco.MjData(self._model) for _ in range(threads)]
-        self._states = np.tile(_first_state(study, self._model), (size, 1))
+        self._states = np.tile(_reference_state(self._model), (size, 1))
         pool: Any = rollout.Rollout
         self._pool = pool(nthread=threads)
 
@@ -60,23 +58,19 @@ class MujocoRollout:
         return len(states) * taken
 
 
-def make(study: Experiment, size: int, threads: int) -> dict[str, Any]:
+def make(body: Body, size: int, threads: int) -> dict[str, Any]:
     """Returns the contenders by name."""
-    population = walkers(study, size)
+    population = walkers(body, size)
     return {
         "lanes": Engine(lanes.vmap, population),
         "mjx": Engine(mjx.vmap, population),
-        "mujoco_rollout": MujocoRollout(study, size, threads),
+        "mujoco_rollout": MujocoRollout(body, size, threads),
     }
 
 
-def _first_state(study: Experiment, model: Any) -> Any:
-    """Returns MuJoCo's state vector of a walker at the start of a trial."""
-    terrain = walkers(study, 1).terrain
-    first = study.env.reset(terrain._replace(row=jnp.zeros((), jnp.int32)))
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = np.asarray(first.qpos), np.asarray(first.qvel)
+def _reference_state(model: Any) -> Any:
+    """Returns MuJoCo's state vector of a model at rest in its reference pose."""
     everything = mujoco.mjtState.mjSTATE_FULLPHYSICS
     state = np.zeros(mujoco.mj_stateSize(model, everything))
-    mujoco.mj_getState(model, data, state, everything)
+    mujoco.mj_getState(model, mujoco.MjData(model), state, everything)
     return state

@@ -10,7 +10,8 @@ import jax
 
 import mjxwalk
 from mjxwalk.bench import bodies, child, contenders, timing
-from mjxwalk.bench.evolved import Evolved
+from mjxwalk.bench.bodies import Body
+from mjxwalk.bench.evolved import LAST, Evolved
 from mjxwalk.bench.peak import Peak
 from mjxwalk.bench.results import (
     Arithmetic,
@@ -24,7 +25,6 @@ from mjxwalk.bench.results import (
 from mjxwalk.engines import lanes
 from mjxwalk.engines.lanes import running
 from mjxwalk.engines.selection import num_cores
-from mjxwalk.experiments.experiment import Experiment
 from mjxwalk.runs import manifest
 
 MAIN = "planar"  # the body that everything but the engines' speed is measured with
@@ -60,7 +60,7 @@ FULL = Sizes(
     population=1024,
     seconds=0.4,
     repeats=9,
-    generations=40,
+    generations=60,
     populations=(64, 1024, 65_536),
     shortest=1000,
 )
@@ -92,16 +92,16 @@ def measure(sizes: Sizes, say: Say) -> Results:
     """
     machine = _machine()
     measured: dict[str, Engines] = {}
-    for body in bodies.BODIES:
-        say(f"measuring the engines with the {body} body")
-        measured[body] = engines(bodies.experiment(body), sizes)
-    study = bodies.experiment(MAIN)
+    for name, body in bodies.BODIES.items():
+        say(f"measuring the engines with the {name} body")
+        measured[name] = engines(body, sizes)
+    main = bodies.BODIES[MAIN]
     say("measuring how long compiling takes, without and with the disk cache")
     cold, warm = child.compile_seconds(MAIN)
-    say(f"measuring trials of a population that evolves for {sizes.generations} generations")
-    evolution = evolve(study, sizes)
+    say(f"measuring trials of populations as they evolve, {sizes.generations} generations")
+    evolution = evolve(main, sizes)
     say("measuring populations from small to large")
-    scaling = scale(study, sizes)
+    scaling = scale(main, sizes)
     return Results(
         quick=sizes.quick,
         repeats=sizes.repeats,
@@ -115,10 +115,10 @@ def measure(sizes: Sizes, say: Say) -> Results:
     )
 
 
-def engines(study: Experiment, sizes: Sizes) -> Engines:
+def engines(body: Body, sizes: Sizes) -> Engines:
     """Returns how fast the engines are with one body, in turn with the CPU's peak."""
     threads = running.threads()
-    rivals: dict[str, Any] = contenders.make(study, sizes.population, threads)
+    rivals: dict[str, Any] = contenders.make(body, sizes.population, threads)
     field = {**rivals, PEAK: Peak(threads)}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
     timings = timing.in_turn(field, amounts, sizes.repeats)
@@ -142,26 +142,27 @@ def arithmetic(measured: Engines) -> Arithmetic:
     )
 
 
-def evolve(study: Experiment, sizes: Sizes) -> Evolution:
-    """Returns how fast a population that has evolved runs, in turn with one that never falls."""
-    evolved = Evolved(study, sizes.generations)
-    level = contenders.Engine(lanes.vmap, bodies.walkers(study, evolved.size))
+def evolve(body: Body, sizes: Sizes) -> Evolution:
+    """Returns how fast populations that evolve run, in turn with one where nobody falls early."""
+    evolved = Evolved(body.study, sizes.generations)
+    level = contenders.Engine(lanes.vmap, bodies.walkers(body, evolved.size))
     field = {"evolved": evolved, PEAK: level}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
     timings = timing.in_turn(field, amounts, sizes.repeats)
     return Evolution(
         generations=sizes.generations,
+        timed_generations=min(sizes.generations, LAST),
         population=evolved.size,
-        lane_utilisation=evolved.mapped.utilisation,
+        lane_utilisation=evolved.lane_utilisation,
         steps_per_s=timing.rate(timings["evolved"]),
         peak_steps_per_s=timing.rate(timings[PEAK]),
     )
 
 
-def scale(study: Experiment, sizes: Sizes) -> Scaling:
+def scale(body: Body, sizes: Sizes) -> Scaling:
     """Returns what a step costs in small and large populations."""
     field = {
-        str(size): contenders.Engine(lanes.vmap, bodies.walkers(study, size))
+        str(size): contenders.Engine(lanes.vmap, bodies.walkers(body, size))
         for size in sizes.populations
     }
     amounts = {

@@ -10,7 +10,10 @@ from mjxwalk.engines.lanes import target
 
 llvm: Any = _llvm  # untyped
 
-CHAINS = 12  # ours: two units with a latency of four or five cycles need ten; sixteen spill on AVX2
+# ours: two units that take four or five cycles need ten chains, the four of some ARM cores need
+# sixteen; more than registers would spill.
+CHAINS = 12  # of sixteen registers
+CHAINS_OF_MANY = 24  # of thirty-two: AVX-512 and ARM64
 OPERATIONS_A_LANE = 2  # a multiplication and an addition
 
 
@@ -20,16 +23,19 @@ class Peak:
     Attributes:
       width: lanes of a vector, those that the lanes engine uses.
       threads: how many run at once.
+      chains: of multiply-adds that do not wait for each other.
     """
 
     def __init__(self, threads: int, width: int | None = None) -> None:
         host = target.host(width)
         self.width = host.width
         self.threads = threads
+        many = host.width == 16 or host.processor in ("aarch64", "arm64")
+        self.chains = CHAINS_OF_MANY if many else CHAINS
         machine = llvm.Target.from_default_triple().create_target_machine(
             cpu=host.cpu, features=host.features, opt=2, reloc="pic", codemodel="small"
         )
-        module = llvm.parse_assembly(_source(host.width))
+        module = llvm.parse_assembly(_source(host.width, self.chains))
         module.verify()
         self._engine = llvm.create_mcjit_compiler(module, machine)
         self._engine.finalize_object()
@@ -47,16 +53,16 @@ class Peak:
             worker.start()
         for worker in crew:
             worker.join()
-        return turns * CHAINS * self.width * OPERATIONS_A_LANE * self.threads
+        return turns * self.chains * self.width * OPERATIONS_A_LANE * self.threads
 
 
-def _source(width: int) -> str:
-    """Returns LLVM IR of `CHAINS` independent chains x = x * scale + offset, in a loop.
+def _source(width: int, number: int) -> str:
+    """Returns LLVM IR of independent chains x = x * scale + offset, in a loop.
 
     `contract` fuses them where the CPU can; elsewhere its peak is without fusing.
     """
     vector = f"<{width} x float>"
-    chains = range(CHAINS)
+    chains = range(number)
     spread = "".join(
         f"  %{name}1 = insertelement {vector} poison, float %{name}, i32 0\n"
         f"  %{name}s = shufflevector {vector} %{name}1, {vector} poison, "
@@ -83,7 +89,7 @@ def _source(width: int) -> str:
         f"  %i = phi i64 [ 0, %entry ], [ %next, %turn ]\n{starts}{steps}"
         f"  %next = add i64 %i, 1\n  %more = icmp slt i64 %next, %turns\n"
         f"  br i1 %more, label %turn, label %end\nend:\n{sums}"
-        f"  %first = extractelement {vector} %t{CHAINS - 1}, i32 0\n  ret float %first\n}}\n"
+        f"  %first = extractelement {vector} %t{number - 1}, i32 0\n  ret float %first\n}}\n"
     )
 
 

@@ -46,10 +46,11 @@ class CompileSeconds:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Evolution:
-    """Trials of a population that has evolved, where walkers fall at different times.
+    """Trials of populations that evolve, where walkers fall at different times.
 
     Attributes:
-      generations: that it has evolved for.
+      generations: that they evolve for.
+      timed_generations: the last of these, whose trials are timed.
       population: trials at once.
       lane_utilisation: share of lane-steps that moved a walker.
       steps_per_s: of all walkers together.
@@ -57,6 +58,7 @@ class Evolution:
     """
 
     generations: int
+    timed_generations: int
     population: int
     lane_utilisation: float
     steps_per_s: float

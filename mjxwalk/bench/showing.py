@@ -100,10 +100,12 @@ def _scaling(results: Results) -> Section:
 
 def _figures(results: Results) -> Section:
     evolution, units, machine = results.evolution, results.arithmetic, results.machine
+    first = evolution.generations - evolution.timed_generations + 1
+    generations = f"generations {first} to {evolution.generations}"
     rows = [
         ("compile, empty disk cache", f"{results.compile_s.cold:.2f} s"),
         ("compile, from the disk cache", f"{results.compile_s.warm:.3f} s"),
-        (f"steps/s after {evolution.generations} generations", count(evolution.steps_per_s)),
+        (f"steps/s in {generations}", count(evolution.steps_per_s)),
         ("  of the peak steps/s", f"{evolution.share_of_peak:.0%}"),
         ("  lane utilisation", f"{evolution.lane_utilisation:.0%}"),
         ("operations a step", f"{units.operations_per_step:,}"),

@@ -27,7 +27,8 @@ class Counter:
         self.size = size
         target = SimpleNamespace(width=8)
         kernel = SimpleNamespace(operations=2000, target=target)
-        self.mapped = SimpleNamespace(compiled=kernel, threads=2, utilisation=0.9)
+        self.mapped = SimpleNamespace(compiled=kernel, threads=2)
+        self.lane_utilisation = 0.9
 
     def __call__(self, amount: int) -> int:
         for _ in range(min(amount, 100_000)):
@@ -39,7 +40,7 @@ class Counter:
 def counters(monkeypatch: pytest.MonkeyPatch) -> None:
     """Puts counters in the place of all that computes, and answers for fresh processes."""
 
-    def make(study: Any, size: int, threads: int) -> dict[str, Counter]:
+    def make(body: Any, size: int, threads: int) -> dict[str, Counter]:
         return {name: Counter(size) for name in ("lanes", "mjx", "mujoco_rollout")}
 
     def engine(vmap: Any, population: bodies.Walkers) -> Counter:
