@@ -69,7 +69,7 @@ QUICK = Sizes(
     population=1024,
     seconds=0.15,
     repeats=5,
-    generations=20,
+    generations=40,
     populations=(64, 1024, 8192),
     shortest=500,
 )
