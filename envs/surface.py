@@ -5,17 +5,19 @@ walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/10597123124629
 """
 
 import dataclasses
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, UInt32
+import numpy as np
+from jaxtyping import Array, Float, Int, PRNGKeyArray, UInt32
 
 from mjxwalk.envs import checks
 
 FILTER_SIDE = 5  # nodes; Appendix A
 MARGIN = FILTER_SIDE // 2  # nodes that the filter takes off every edge
 WORD = 32  # bits
+ALL = np.uint32(0xFFFFFFFF)
 
 
 class Surface(NamedTuple):
@@ -74,14 +76,16 @@ class SerpentineWalk:
         key_rows, key_columns = jax.random.split(key)
         layers = serpentine(key_rows, num, along, across)
         layers += serpentine(key_columns, num, across, along).swapaxes(1, 2)
+        # Fused with the sums below, the layers would be made anew for each of their terms.
+        layers = jax.lax.optimization_barrier(layers)
         nodes = self.start + self.spacing * (jnp.arange(along) - MARGIN)
         # The filter makes a slope of the step that is left where the flat part ends.
         flat = nodes < self.flat_until + (MARGIN + 0.5) * self.spacing
         edge = jnp.minimum(jnp.sum(flat), along - 1)
-        layers -= layers[:, edge, across // 2][:, None, None]
-        layers = jnp.where(flat[:, None], 0, layers)
-        scale = 0.5 * self.roughness / FILTER_SIDE**2
-        return scale * _box_sum(_box_sum(layers, 1), 2).astype(jnp.float32)
+        level = layers[:, edge, across // 2][:, None, None]
+        layers = jnp.where(flat[:, None], 0, layers - level)
+        smooth = _box_sum(_box_sum(layers, 1), 2).astype(jnp.float32)
+        return smooth * (0.5 * self.roughness / FILTER_SIDE**2)
 
     def height(
         self, surface: Surface, x: Float[Array, ""], y: Float[Array, ""]
@@ -101,7 +105,9 @@ class SerpentineWalk:
         return ends[0] + (sideways - column) * (ends[1] - ends[0])
 
 
-def serpentine(key: PRNGKeyArray, num: int, rows: int, columns: int) -> Int[Array, "num rows cols"]:
+def serpentine(
+    key: PRNGKeyArray, num: int, rows: int, columns: int
+) -> Int[Array, "num row column"]:
     """Returns integer grids where every two neighbours differ by one, filled in serpentines.
 
     A cell is a step of +-1 from the neighbour just filled. Where that neighbour differs from the
@@ -109,32 +115,46 @@ def serpentine(key: PRNGKeyArray, num: int, rows: int, columns: int) -> Int[Arra
 
     So a cell lies one above or one below the cell over it. Call that side e, and s the slope of
     the row above: from one cell to the next, e stays, or a coin sets it to -s. Either way no two
-    neighbours part. The last heads of the coin in a row thus give all its cells at once.
+    neighbours part. Such a chain is a prefix sum, and a bit holds all that it needs: every number
+    here stands for 32 grids.
     """
-    words = jax.random.bits(key, (rows, num, -(-columns // WORD)))
-    first = jnp.cumsum(2 * _coins(words[0], columns).astype(jnp.int32) - 1, axis=1)
-    place = 2 * jnp.arange(columns)
+    words = -(-num // WORD)
+    coins = jax.random.bits(key, (rows, columns, words))
+    first = jnp.cumsum(2 * _unpacked(coins[0], num) - 1, axis=1, dtype=jnp.int16)
 
-    def fill(above: Array, words: Array) -> tuple[Array, Array]:
-        coins = _coins(words, columns)
-        above = above[:, ::-1]
-        # A row starts with any step from the cell above: heads, with a slope by another coin.
-        rising = jnp.concatenate([coins[:, :1], above[:, 1:] > above[:, :-1]], axis=1)
-        heads = coins.at[:, 0].set(True)
-        last = jax.lax.cummax(jnp.where(heads, place + rising, 0), axis=1)
-        row = above + jnp.where(last % 2 == 1, -1, 1)
-        return row, row
+    def fill(above: tuple[Array, Array], row: tuple[Array, Array]) -> tuple[Any, Array]:
+        heights, rising = above
+        coins, backwards = row
+        # Back along the row, slopes are turned round. Its first cell may step up or down.
+        rising = jnp.concatenate([coins[:1], ~rising[:0:-1]])
+        heads = coins.at[0].set(ALL)
+        higher = _chained(heads & ~rising, ~heads)
+        rising = rising.at[1:].set(rising[1:] ^ higher[1:] ^ higher[:-1])
+        higher = jnp.where(backwards, higher[::-1], higher)
+        heights = heights + 2 * _unpacked(higher, num) - 1
+        return (heights, rising), heights
 
-    _, others = jax.lax.scan(fill, first, words[1:])
-    grid = jnp.concatenate([first[None], others])
-    grid = grid.at[1::2].set(grid[1::2, :, ::-1])
-    return grid.swapaxes(0, 1)
+    backwards = jnp.arange(1, rows) % 2 == 1
+    _, others = jax.lax.scan(fill, (first, coins[0]), (coins[1:], backwards))
+    return jnp.concatenate([first[None], others]).swapaxes(0, 1)
 
 
-def _coins(words: UInt32[Array, "num word"], count: int) -> Bool[Array, "num count"]:
-    """Returns the words' bits."""
-    bits = (words[:, :, None] >> jnp.arange(WORD, dtype=jnp.uint32)) & 1
-    return bits.reshape(len(words), -1)[:, :count].astype(bool)
+def _chained(
+    bits: UInt32[Array, "column word"], passing: UInt32[Array, "column word"]
+) -> UInt32[Array, "column word"]:
+    """Returns the bits, taken over from the cell before wherever they are passed on."""
+    reach = 1
+    while reach < len(bits):
+        before, passed = (jnp.pad(x[:-reach], ((reach, 0), (0, 0))) for x in (bits, passing))
+        bits, passing = bits | (passing & before), passing & passed
+        reach *= 2
+    return bits
+
+
+def _unpacked(words: UInt32[Array, "column word"], num: int) -> Int[Array, "num column"]:
+    """Returns the words' bits as numbers."""
+    bits = (words.T[:, None, :] >> jnp.arange(WORD, dtype=jnp.uint32)[:, None]) & 1
+    return bits.reshape(-1, len(words))[:num].astype(jnp.int16)
 
 
 def _box_sum(grid: Array, axis: int) -> Array:
