@@ -128,7 +128,7 @@ def serpentine(
         # Back along the row, slopes are turned round. Its first cell may step up or down.
         rising = jnp.concatenate([coins[:1], ~rising[:0:-1]])
         heads = coins.at[0].set(ALL)
-        higher = _chained(heads & ~rising, ~heads)
+        higher, _ = jax.lax.associative_scan(_chained, (heads & ~rising, ~heads))
         rising = rising.at[1:].set(rising[1:] ^ higher[1:] ^ higher[:-1])
         higher = jnp.where(backwards, higher[::-1], higher)
         heights = heights + 2 * _unpacked(higher, num) - 1
@@ -139,16 +139,9 @@ def serpentine(
     return jnp.concatenate([first[None], others]).swapaxes(0, 1)
 
 
-def _chained(
-    bits: UInt32[Array, "column word"], passing: UInt32[Array, "column word"]
-) -> UInt32[Array, "column word"]:
-    """Returns the bits, taken over from the cell before wherever they are passed on."""
-    reach = 1
-    while reach < len(bits):
-        before, passed = (jnp.pad(x[:-reach], ((reach, 0), (0, 0))) for x in (bits, passing))
-        bits, passing = bits | (passing & before), passing & passed
-        reach *= 2
-    return bits
+def _chained(one: tuple[Array, Array], other: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Returns two links of a chain in one; a link is what it sets, and whether it passes on."""
+    return other[0] | (other[1] & one[0]), other[1] & one[1]
 
 
 def _unpacked(words: UInt32[Array, "column word"], num: int) -> Int[Array, "num column"]:
