@@ -12,6 +12,10 @@ from mjxwalk.engines import lanes, mjx
 from mjxwalk.envs import Terrain
 from mjxwalk.rollout import Outcome
 
+# Terrains come in tables of a multiple of so many rows, so that engines, which compile for shapes,
+# compile once for most numbers of terrains.
+TABLE_ROWS = 256
+
 
 @runtime_checkable
 class Task(Protocol):
@@ -38,7 +42,8 @@ class Evaluator:
             self._run = lanes.vmap(task.rollout, in_axes)
             self.devices = f"{self._run.threads} CPU threads"
         else:
-            self._run = mjx.vmap(task.rollout, in_axes)
+            vmap = lanes.xla_vmap if self.engine == "lanes-xla" else mjx.vmap
+            self._run = vmap(task.rollout, in_axes)
             self.devices = f"{len(jax.devices())} x {jax.devices()[0].device_kind}"
 
     @property
@@ -56,10 +61,14 @@ class Evaluator:
           heights: one terrain a row, m.
         """
         num_terrains = heights.shape[0]
+        table = np.zeros(
+            (-(-num_terrains // TABLE_ROWS) * TABLE_ROWS, *heights.shape[1:]), np.float32
+        )
+        table[:num_terrains] = heights
         repeated = jax.tree.map(lambda w: np.repeat(np.asarray(w), num_terrains, 0), population)
         size = jax.tree.leaves(repeated)[0].shape[0]
         rows = jnp.arange(size, dtype=jnp.int32) % num_terrains
-        outcome = self._run(repeated, Terrain(heights, rows))
+        outcome = self._run(repeated, Terrain(jnp.asarray(table), rows))
         return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, num_terrains), outcome)
 
 

@@ -113,10 +113,13 @@ class Clock:
 def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
     """Returns what is said before the first generation."""
     study = config.experiment
-    trials = study.population_size * study.terrains_per_evaluation
+    trials = "trial" if study.terrains_per_evaluation == 1 else "trials"
+    how_long = f"{study.generations} generations"
+    if study.goal.trials:
+        how_long = f"until {study.goal.trials} trials end without a fall, at most {how_long}"
     return [
-        f"evolving {study.name}, seed {config.seed}: {study.generations} generations of "
-        f"{study.population_size} walkers, {trials} trials each, in {path}",
+        f"evolving {study.name}, seed {config.seed}: {how_long} of {study.population_size} "
+        f"walkers, {study.terrains_per_evaluation} {trials} each, in {path}",
         f"engine {evaluator.engine} ({evaluator.why}) on {evaluator.devices}",
     ]
 

@@ -5,6 +5,7 @@ from mjxwalk.strategies.base import Genotype, Mask, Masks, Population, Strategy
 from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 from mjxwalk.strategies.operators import Individual
 from mjxwalk.strategies.registry import FACTORIES, make
+from mjxwalk.strategies.restarts import RestartState, with_restarts
 from mjxwalk.strategies.self_adaptive_ga import (
     SelfAdaptiveGAMetrics,
     SelfAdaptiveGAState,
@@ -19,6 +20,7 @@ __all__ = [
     "Mask",
     "Masks",
     "Population",
+    "RestartState",
     "SelfAdaptiveGAMetrics",
     "SelfAdaptiveGAState",
     "Strategy",
@@ -26,4 +28,5 @@ __all__ = [
     "operators",
     "self_adaptive_ga",
     "summarise_fitness",
+    "with_restarts",
 ]

@@ -16,6 +16,7 @@ import pytest
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk import evaluation, experiments, strategies
+from mjxwalk.evolution import Goal
 from mjxwalk.experiments.experiment import StrategyChoice
 from mjxwalk.rollout import Outcome
 
@@ -62,6 +63,7 @@ class Toy:
     population_size: int = 16
     generations: int = 6
     terrains_per_evaluation: int = 2
+    goal: Goal = Goal()
 
     def __post_init__(self) -> None:
         for name in ("population_size", "generations", "terrains_per_evaluation"):

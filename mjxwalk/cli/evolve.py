@@ -31,7 +31,7 @@ class Evolve:
     Attributes:
       experiment: what to evolve; `mjxwalk list` shows all.
       seed: of all random numbers; the same seed gives the same run.
-      generations: how many of them.
+      generations: exactly so many, also where the experiment has a goal that ends it earlier.
       population: genotypes a generation.
       terrains: trials of each genotype, each on a terrain of its own.
       roughness: step of the random terrain, m.
@@ -51,7 +51,7 @@ class Evolve:
     population: OptionalInt = None
     terrains: OptionalInt = None
     roughness: OptionalFloat = None
-    engine: Literal["auto", "mjx", "lanes"] = "auto"
+    engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
     out: OutPath = None
     keep: CountOrAll = 20
     save_every: int = 1
@@ -86,6 +86,8 @@ class Evolve:
             value = getattr(self, flag)
             if value is not None:
                 experiment = override(experiment, path, str(value))
+        if self.generations is not None:
+            experiment = override(experiment, "goal.trials", "0")
         for assignment in self.set:
             path, _, value = assignment.partition("=")
             experiment = override(experiment, path.strip(), value.strip())

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int, PRNGKeyArray
+from jaxtyping import Bool, Float, Int, PRNGKeyArray
 
+from mjxwalk.evolution.goal import Goal
 from mjxwalk.evolution.measuring import Trials, measure, over_terrains, summarise
 from mjxwalk.rollout import Outcome
 from mjxwalk.runs import Metrics
@@ -32,6 +33,11 @@ class Study(Protocol):
     @property
     def terrains_per_evaluation(self) -> int:
         """Trials of each genotype, each on a terrain of its own."""
+        ...
+
+    @property
+    def goal(self) -> Goal:
+        """What ends the evolution earlier."""
         ...
 
     @property
@@ -92,6 +98,7 @@ class RunState(NamedTuple):
       outcome: what else they did.
       elite: the fittest of them.
       elites: that of each of the last generations.
+      reached: whether the elite has reached the study's goal.
     """
 
     generation: Int[np.ndarray, ""]
@@ -102,6 +109,7 @@ class RunState(NamedTuple):
     outcome: Trials
     elite: Any
     elites: Elites
+    reached: Bool[np.ndarray, ""]
 
 
 class Evolution:
@@ -137,6 +145,7 @@ class Evolution:
                 fitness=np.full(NUM_ELITES, np.nan, np.float32),
                 generation=np.zeros(NUM_ELITES, np.int32),
             ),
+            reached=np.zeros((), bool),
         )
 
     def advance(self, state: RunState, since: float | None = None) -> tuple[RunState, Metrics]:
@@ -150,7 +159,7 @@ class Evolution:
         compiled = self._evaluator.compile_s
         generation = int(state.generation) + 1
         key = jax.random.fold_in(jax.random.wrap_key_data(jnp.asarray(state.key)), generation)
-        key_ask, key_terrains, key_tell = jax.random.split(key, 3)
+        key_ask, key_terrains, key_tell, key_goal = jax.random.split(key, 4)
         study = self._study
         terrains = study.sample_terrains(key_terrains, study.terrains_per_evaluation, generation)
         population, asked = self._ask(key_ask, state.strategy)
@@ -162,6 +171,10 @@ class Evolution:
         strategy, told = self._tell(key_tell, population, fitness, asked)
         best = fittest(fitness)
         elite = jax.tree.map(lambda leaf: leaf[best], population)
+        hopeful = not outcome.fell[best].any()
+        reached = hopeful and study.goal.reached(
+            study, self._evaluator, elite, key_goal, generation
+        )
         after = RunState(
             generation=np.asarray(generation, np.int32),
             key=state.key,
@@ -171,6 +184,7 @@ class Evolution:
             outcome=summarise(outcome),
             elite=elite,
             elites=_push(state.elites, elite, fitness[best], generation),
+            reached=np.asarray(reached),
         )
         compile_s = max(0.0, self._evaluator.compile_s - compiled)
         evaluate_s = evaluating_done - asking_done - compile_s

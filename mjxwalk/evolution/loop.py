@@ -62,7 +62,7 @@ def evolve(
     with Checkpoints(path / folder.CHECKPOINTS, keep=config.keep) as checkpoints:
         checkpoints.discard_after(int(state.generation))
         try:
-            while int(state.generation) < config.experiment.generations:
+            while not _ended(state, config):
                 if stopping():
                     raise KeyboardInterrupt
                 # Waiting for the disk is part of the generation after.
@@ -110,13 +110,17 @@ def _begin(path: Path, evolution: Evolution, config: Config, reporter: Reporter)
         ) from None
 
 
+def _ended(state: RunState, config: Config) -> bool:
+    return bool(state.reached) or int(state.generation) >= config.experiment.generations
+
+
 def _record(
     path: Path, checkpoints: Checkpoints, state: RunState, config: Config, line: Metrics
 ) -> None:
     """Adds the generation's line, then starts saving it: a checkpoint never lacks its line."""
     generation = int(state.generation)
     metrics.append(path, line)
-    if generation % config.save_every == 0 or generation == config.experiment.generations:
+    if generation % config.save_every == 0 or _ended(state, config):
         checkpoints.save(generation, flatten(state))
 
 

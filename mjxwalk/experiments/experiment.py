@@ -11,6 +11,7 @@ from mjxwalk.controllers import LinearReactive, Weights
 from mjxwalk.controllers.linear_reactive import INPUTS, NETWORKS
 from mjxwalk.envs import Planar7, Terrain
 from mjxwalk.envs.checks import positive
+from mjxwalk.evolution.goal import Goal
 from mjxwalk.rollout import Outcome, rollout
 
 
@@ -39,6 +40,10 @@ class Experiment:
       population_size: genotypes a generation.
       generations: how many of them.
       terrains_per_evaluation: trials of each genotype, each on a terrain of its own.
+      goal: ends the evolution earlier, if there is one.
+      restart_after: a population whose best fitness is below `restart_below` at that age starts
+        anew, in generations; None for never.
+      restart_below: see `restart_after`.
     """
 
     name: str
@@ -48,6 +53,9 @@ class Experiment:
     population_size: int
     generations: int
     terrains_per_evaluation: int
+    goal: Goal = Goal()
+    restart_after: int | None = None
+    restart_below: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "population_size", "generations", "terrains_per_evaluation")
@@ -67,12 +75,17 @@ class Experiment:
         Raises:
           ValueError: the strategy or one of its options does not exist, or has a wrong value.
         """
-        return strategies.make(
+        strategy = strategies.make(
             self.strategy.name,
             population_size=self.population_size,
             mask=self.controller.mask(),
             groups=self.controller.networks(),
             **self.strategy.options,
+        )
+        if self.restart_after is None:
+            return strategy
+        return strategies.with_restarts(
+            strategy, after=self.restart_after, below=self.restart_below
         )
 
     def sample_terrains(

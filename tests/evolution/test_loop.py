@@ -202,24 +202,52 @@ def test_a_full_disk_stops_the_run_and_freed_it_goes_on(whole: Path, tmp_path: P
 
 
 class Fixed:
-    """An evaluator with made-up distances [elite, terrain]."""
+    """An evaluator with made-up distances [elite, terrain]; genotypes are places of elites."""
 
     compile_s = 0.0
 
     def __init__(self, distance: Any) -> None:
         self._distance = np.asarray(distance, np.float32)
+        self._used = 0
 
     def evaluate(self, population: Any, heights: Any) -> Outcome:
-        d = self._distance
+        # Each call brings new terrains.
+        columns = slice(self._used, self._used + len(heights))
+        self._used = columns.stop
+        d = self._distance[np.asarray(population, int), columns]
         arrays = (d, d, np.full_like(d, 2.0), d < 1, d < 1, d, np.ones_like(d), d.astype(np.int32))
         return Outcome(*arrays)  # type: ignore[arg-type]
+
+
+def stages(screening: Any, choosing: Any, reporting: Any) -> Any:
+    return zip((screening, choosing, reporting), (10, 90, 10), strict=True)
+
+
+def test_of_the_finalists_the_one_that_falls_least_is_champion() -> None:
+    # Elite 1 gets farther, but falls (a distance below 1) once in the 90 trials that choose.
+    distance = np.hstack([np.repeat([[9.0], [5.0]], 10, axis=1), np.full((2, 100), 5.0)])
+    distance[0, 10:] = 9.0
+    distance[0, 40] = 0.5
+    elites = Elites(
+        genotypes=np.arange(2.0),
+        fitness=np.array([1.0, 2.0], np.float32),
+        generation=np.array([7, 8], np.int32),
+    )
+    choice = choose(toy.Toy(), Fixed(distance), elites, jax.random.key(0))
+    assert choice.genotype == 1.0 and choice.champion.generation == 8
 
 
 def test_the_champion_is_chosen_on_other_terrains_than_it_is_reported_on() -> None:
     # Elite 1 is the best where it is chosen and bad afterwards; elite 2 is the other way round, and
     # elite 0 is an empty place.
-    choosing, reporting = [[9.0], [5.0], [4.0]], [[9.0], [0.5], [8.0]]
-    distance = np.repeat(np.hstack([choosing, reporting]), 10, axis=1)
+    screening, choosing, reporting = (
+        [[9.0], [5.0], [4.0]],
+        [[9.0], [5.0], [4.0]],
+        [[9.0], [0.5], [8.0]],
+    )
+    distance = np.hstack(
+        [np.repeat(part, num, axis=1) for part, num in stages(screening, choosing, reporting)]
+    )
     elites = Elites(
         genotypes=np.arange(3.0),
         fitness=np.array([np.nan, 1.0, 2.0], np.float32),

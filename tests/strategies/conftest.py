@@ -11,3 +11,4 @@ def _quick_compilation() -> Iterator[None]:  # pyright: ignore[reportUnusedFunct
     jax.config.update("jax_disable_most_optimizations", True)
     yield
     jax.config.update("jax_disable_most_optimizations", False)
+    jax.clear_caches()  # what was compiled so rounds otherwise
