@@ -2,16 +2,11 @@
 
 Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
 walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/1059712312462904, sections 2.1 and
-3.5. The body is in `flame.xml`. Its sixteen joints are moved by fifteen coordinates: the hip's x, y
-and z, yaw, pitch and roll of the torso, the adduction that both legs share, and hip, knee, ankle
-and ankle roll of each leg. The torso's angles are Euler's, z-y-x, since each is a sensor and a rule
-of the trial; a walker that pitched as far as their singularity would have fallen long before.
+3.5. The body is in `flame.xml` and `flame_body.py`.
 """
 
 import dataclasses
-import functools
 import operator
-from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import jax
@@ -20,41 +15,29 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from mjxwalk.envs import checks, dynamics, floating
-from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.contact import ContactForce, SoftContact
+from mjxwalk.envs.flame_body import (
+    ACTUATED,
+    ADDUCTION,
+    ANKLE_ROLLS,
+    CONTACT_SITES,
+    COORDINATE,
+    COUPLING,
+    EULER,
+    FEET,
+    GRAVITY,
+    JOINTS,
+    MAX_SPEED,
+    PITCH,
+    ROLL,
+    floating_model,
+    hinged_model,
+    joint_ranges,
+    on_joints,
+    start,
+)
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.surface import SerpentineWalk, Surface
-
-MODEL_PATH = Path(__file__).with_name("flame.xml")
-LEGS = ("left", "right")
-FEET = tuple(f"foot_{leg}" for leg in LEGS)
-CORNERS = ("heel_in", "heel_out", "toe_in", "toe_out")
-CONTACT_SITES = tuple(f"{corner}_{leg}" for leg in LEGS for corner in CORNERS)
-LEG_LENGTH = 0.646  # m, hip to floor with the leg straight; a test holds it to flame.xml
-GRAVITY = 9.81  # m/s^2, as in MuJoCo
-# ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
-MAX_SPEED = np.array([50.0] * 3 + [1000.0] * 12, np.float32)  # m/s, rad/s
-EULER = slice(3, 6)  # of the coordinates; yaw, pitch and roll
-PITCH, ROLL, ADDUCTION = 4, 5, 6
-ACTUATED = np.array([6, 7, 8, 9, 11, 12, 13])
-ANKLE_ROLLS = np.array([10, 14])
-JOINTS = slice(6, 15)
-# Which coordinate moves each of the sixteen joints: only the adduction moves two.
-COORDINATE = np.array([0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 6, 11, 12, 13, 14])
-COUPLING = np.eye(15, dtype=np.float32)[COORDINATE]
-# ours, as are all numbers of the start: the paper says only that the swing foot is in the air and
-# the angle between the legs grows. The right leg stands upright, the left one swings forward.
-START_ANGLE = {
-    "root_pitch": 0.05,
-    "root_roll": 0.03,
-    "adduction": 0.05,
-    "hip_left": 0.40,
-    "knee_left": 0.60,
-    "ankle_left": 0.25,  # level
-    "hip_right": 0.05,
-    "ankle_roll_right": -0.02,  # level
-}  # rad
-START_RATE = {"hip_left": 1.5, "hip_right": -1.0, "ankle_right": 1.0}  # rad/s
 
 
 class Action(NamedTuple):
@@ -184,12 +167,12 @@ class Flame:
     @property
     def model(self) -> dynamics.Model:
         """The compiled body."""
-        return _compile()
+        return hinged_model()
 
     @property
     def floating(self) -> dynamics.Model:
         """The same with a free root, as `mjxwalk.envs.floating` takes it."""
-        return _compile_floating()
+        return floating_model()
 
     @property
     def weight(self) -> float:
@@ -198,7 +181,7 @@ class Flame:
 
     def reset(self, surface: Surface) -> State:
         """Returns a walker in the middle of a step, the left foot in the air."""
-        qpos, qvel, ankle_x = _start(self.weight / (4.0 * self.contact.stiffness))
+        qpos, qvel, ankle_x = start(self.weight / (4.0 * self.contact.stiffness))
         ground = self.surface.height(surface, jnp.zeros(()), jnp.zeros(()))
         return State(
             qpos=jnp.asarray(qpos).at[2].add(ground),
@@ -236,7 +219,7 @@ class Flame:
         contacts, loads = self._contacts(state, data, axes, surface)
         torque, inertia = self._joint_forces(state, action)
         qacc = dynamics.acceleration(
-            self.floating, data, _on_joints(torque), _on_joints(inertia), loads, COUPLING
+            self.floating, data, on_joints(torque), on_joints(inertia), loads, COUPLING
         )
         turning = floating.euler_acceleration(state.qpos[EULER], state.qvel[EULER], qacc[EULER])
         qacc = jnp.concatenate([axes @ qacc[:3], turning, qacc[JOINTS]])
@@ -313,7 +296,7 @@ class Flame:
         """Returns the joints' torque, N m, and its implicit part as inertia, kg m^2."""
         angle, rate = state.qpos[JOINTS], state.qvel[JOINTS]
         implicit = self.integrator == "implicit"
-        lower, upper = _joint_ranges()
+        lower, upper = joint_ranges()
         stop = self.joint_stop.torque(
             angle, rate, lower, upper, timestep=self.timestep, implicit=implicit
         )
@@ -357,49 +340,3 @@ class Flame:
         spent = after.torque_cost >= self.torque_budget
         late = after.num_steps >= round(self.max_time / self.timestep)
         return after._replace(fell=fell, diverged=~sound, done=fell | spent | late)
-
-
-def _on_joints(values: Float[Array, "9"]) -> Float[Array, "16"]:
-    """Returns the nine joints' values for the model's sixteen, the adduction's once."""
-    nothing = jnp.zeros(1)
-    return jnp.concatenate([jnp.zeros(6), values[:5], nothing, values[5:]])
-
-
-def _joint_ranges() -> tuple[Float[np.ndarray, "9"], Float[np.ndarray, "9"]]:
-    lower, upper = _compile().mujoco.jnt_range.astype(np.float32).T
-    first = np.unique(COORDINATE, return_index=True)[1][JOINTS]
-    return lower[first], upper[first]
-
-
-@functools.cache
-def _compile() -> dynamics.Model:
-    return dynamics.compile_model(mujoco.MjSpec.from_file(str(MODEL_PATH)))
-
-
-@functools.cache
-def _compile_floating() -> dynamics.Model:
-    spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
-    return dynamics.compile_model(floating.freed(spec, "torso"))
-
-
-@functools.cache
-def _start(
-    depth: float,
-) -> tuple[Float[np.ndarray, "15"], Float[np.ndarray, "15"], Float[np.ndarray, "2"]]:
-    """Returns qpos, qvel and `ankle_x` of the start, the right sole that far below height zero."""
-    model = _compile().mujoco
-    data = mujoco.MjData(model)
-    for values, settings in ((data.qpos, START_ANGLE), (data.qvel, START_RATE)):
-        for name, value in settings.items():
-            for joint in (name,) if name != "adduction" else (f"{name}_left", f"{name}_right"):
-                values[model.joint(joint).id] = value
-    mujoco.mj_forward(model, data)
-    standing = [model.site(name).id for name in CONTACT_SITES[4:]]
-    data.qpos[2] = -data.site_xpos[standing, 2].mean() - depth
-    jacobian = np.zeros((3, model.nv))
-    mujoco.mj_jacBody(model, data, jacobian, None, model.body("foot_right").id)
-    data.qvel[:3] = -jacobian @ data.qvel  # its ankle stands still
-    ankles = np.array([data.body(foot).xpos[0] for foot in FEET])
-    independent = np.unique(COORDINATE, return_index=True)[1]
-    qpos, qvel = data.qpos[independent], data.qvel[independent]
-    return qpos.astype(np.float32), qvel.astype(np.float32), ankles.astype(np.float32)

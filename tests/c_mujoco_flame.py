@@ -6,7 +6,7 @@ import mujoco as _mujoco
 import numpy as np
 
 from mjxwalk.envs import Flame
-from mjxwalk.envs.flame import CONTACT_SITES, MODEL_PATH
+from mjxwalk.envs.flame_body import CONTACT_SITES, MODEL_PATH
 
 mujoco: Any = _mujoco
 LEFT = [*range(6), 6, 7, 8, 9, 10, 12, 13, 14, 15]  # joints whose values are the coordinates

@@ -11,7 +11,8 @@ import pytest
 from c_mujoco_flame import LEFT, TIE, Reference, mujoco
 
 from mjxwalk.envs import Flame, SerpentineWalk, Surface
-from mjxwalk.envs.flame import GRAVITY, LEG_LENGTH, MODEL_PATH, Action, State
+from mjxwalk.envs.flame import Action, State
+from mjxwalk.envs.flame_body import GRAVITY, LEG_LENGTH, MODEL_PATH
 
 LEVEL = SerpentineWalk(roughness=0.0, length=10.0, width=2.0)
 IMPLICIT = Flame(

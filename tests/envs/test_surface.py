@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mjxwalk.envs import SerpentineWalk, Surface
-from mjxwalk.envs.flame import LEG_LENGTH
+from mjxwalk.envs.flame_body import LEG_LENGTH
 from mjxwalk.envs.surface import serpentine
 
 UNIT = SerpentineWalk(roughness=1.0)
