@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import jax
 
-ENGINES = ("auto", "lanes", "mjx")
+ENGINES = ("auto", "lanes", "lanes-xla", "mjx")
 
 
 class Choice(NamedTuple):
@@ -39,6 +39,9 @@ def num_cores() -> int:
 
 def choose(name: str) -> Choice:
     """Returns the engine that a name stands for.
+
+    On an accelerator `auto` is mjx. `lanes-xla` may be faster, but nobody has measured it on one
+    yet; `mjxwalk bench` does where there is one.
 
     Raises:
       ValueError: there is no such engine.

@@ -53,7 +53,8 @@ ONE: dict[str, Callable[[Array, Params], Array]] = {
     "slice": _slice,
     "tile": lambda x, p: np.tile(x, p["reps"]),
 }
-SAME = ("copy", "copy_p", "stop_gradient", "sharding_constraint", "reduce_precision", "pvary")
+SAME = ("copy", "copy_p", "stop_gradient", "sharding_constraint", "reduce_precision", "pvary",
+        "reshard")  # fmt: skip
 
 
 def _one(mover: Callable[[Array, Params], Array]) -> Handler:

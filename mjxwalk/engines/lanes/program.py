@@ -5,8 +5,9 @@ ends. What depends on no step of it is the prologue, what depends on its results
 """
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
+from mjxwalk.engines.lanes.builder import Builder
 from mjxwalk.engines.lanes.expand import Expander
 from mjxwalk.engines.lanes.graph import OUTSIDE, Graph, carried, reachable, regions
 from mjxwalk.engines.lanes.ordering import ordered
@@ -55,18 +56,24 @@ class Program:
     epilogue: tuple[Step, ...]
 
 
-def program(source: Graph, outputs: Sequence[int]) -> Program:
-    """Returns the program that computes `outputs`, from a graph as traced."""
-    expander = Expander(Graph())
-    mapping = expander.substitute(reachable(source, outputs), source, {})
-    graph = expander.graph
+def program(
+    source: Graph, outputs: Sequence[int], make: Callable[[Graph], Builder] = Expander
+) -> Program:
+    """Returns the program that computes `outputs`, from a graph as traced.
+
+    Args:
+      make: of the builder of the program's graph; it says what is written out and what is not.
+    """
+    build = make(Graph())
+    mapping = build.substitute(reachable(source, outputs), source, {})
+    graph = build.graph
     graph.tables = source.tables
     outputs = [mapping[node] for node in outputs]
-    tests = {number: _tests(expander, number) for number in range(len(graph.loops))}
+    tests = {number: _tests(build, number) for number in range(len(graph.loops))}
     return _Scheduler(graph, outputs, tests).program()
 
 
-def _tests(build: Expander, number: int) -> tuple[int, int]:
+def _tests(build: Builder, number: int) -> tuple[int, int]:
     """Returns a loop's test, computed from its first values and from those after a step."""
     graph, loop = build.graph, build.graph.loops[number]
     carries = {graph.add("carry", graph.nodes[node].dtype, (), (number, place)): place
