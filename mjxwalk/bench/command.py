@@ -16,10 +16,12 @@ class Bench:
 
     Attributes:
       quick: measure less, in under a minute.
+      xla: measure the engine lanes-xla also where JAX has only CPUs, for which it compiles slowly.
       json: file to write the numbers to; an old one is replaced.
     """
 
     quick: bool = False
+    xla: bool = False
     json: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
 
     def run(self) -> int:
@@ -37,7 +39,7 @@ class Bench:
 
         started = time.perf_counter()
         sizes = measuring.QUICK if self.quick else measuring.FULL
-        measured = measuring.measure(sizes, _say)
+        measured = measuring.measure(dataclasses.replace(sizes, xla=self.xla), _say)
         if self.json is not None:
             write(self.json, results.as_json(measured))
         showing.show(measured)

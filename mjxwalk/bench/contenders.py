@@ -58,11 +58,12 @@ class MujocoRollout:
         return len(states) * taken
 
 
-def make(body: Body, size: int, threads: int) -> dict[str, Any]:
-    """Returns the contenders by name."""
+def make(body: Body, size: int, threads: int, xla: bool) -> dict[str, Any]:
+    """Returns the contenders by name; with lanes-xla only if asked for."""
     population = walkers(body, size)
     return {
         "lanes": Engine(lanes.vmap, population),
+        **({"lanes_xla": Engine(lanes.xla_vmap, population)} if xla else {}),
         "mjx": Engine(mjx.vmap, population),
         "mujoco_rollout": MujocoRollout(body, size, threads),
     }

@@ -44,6 +44,7 @@ class Sizes:
       generations: of the evolution.
       populations: whose cost a step is compared, smallest first.
       shortest: steps a walker takes at least, where populations are compared.
+      xla: whether lanes-xla is measured also where JAX has no accelerator.
     """
 
     quick: bool
@@ -53,6 +54,7 @@ class Sizes:
     generations: int
     populations: tuple[int, ...]
     shortest: int
+    xla: bool = False
 
 
 FULL = Sizes(
@@ -94,7 +96,7 @@ def measure(sizes: Sizes, say: Say) -> Results:
     measured: dict[str, Engines] = {}
     for name, body in bodies.BODIES.items():
         say(f"measuring the engines with the {name} body")
-        measured[name] = engines(body, sizes)
+        measured[name] = engines(body, sizes, sizes.xla or machine.accelerator)
     main = bodies.BODIES[MAIN]
     say("measuring how long compiling takes, without and with the disk cache")
     cold, warm = child.compile_seconds(MAIN)
@@ -115,10 +117,10 @@ def measure(sizes: Sizes, say: Say) -> Results:
     )
 
 
-def engines(body: Body, sizes: Sizes) -> Engines:
+def engines(body: Body, sizes: Sizes, xla: bool) -> Engines:
     """Returns how fast the engines are with one body, in turn with the CPU's peak."""
     threads = running.threads()
-    rivals: dict[str, Any] = contenders.make(body, sizes.population, threads)
+    rivals: dict[str, Any] = contenders.make(body, sizes.population, threads, xla)
     field = {**rivals, PEAK: Peak(threads)}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
     timings = timing.in_turn(field, amounts, sizes.repeats)

@@ -53,6 +53,7 @@ def lines(section: Section) -> list[str]:
 def _speed(body: str, speed: Speed, results: Results) -> Section:
     where = {
         "lanes": f"{results.arithmetic.threads} CPU threads",
+        "lanes_xla": results.machine.mjx_devices,
         "mjx": results.machine.mjx_devices,
         "mujoco_rollout": f"{results.arithmetic.threads} CPU threads",
     }
@@ -71,6 +72,9 @@ def _speed(body: str, speed: Speed, results: Results) -> Section:
         SAME_WORK,
         "mujoco_rollout: C MuJoCo, the same model, contacts and constraints off, no controller",
     ]
+    if "lanes_xla" in speed.steps_per_s:
+        faster = speed.steps_per_s["lanes_xla"] / speed.steps_per_s["mjx"]
+        remarks.append(f"lanes_xla / mjx = {faster:.3g}, both on {results.machine.mjx_devices}")
     if results.machine.accelerator:
         remarks.append(f"mjx ran on an accelerator: {results.machine.mjx_devices}")
     columns = ("engine", "runs on", "steps/s", "ratio", "steps a walker")

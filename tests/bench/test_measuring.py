@@ -1,9 +1,11 @@
 """Tests of how the measurements go together, with contenders that only count."""
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from bench.given import RESULTS
 
 from mjxwalk.bench import bodies, child, contenders, measuring, showing
 from mjxwalk.bench.measuring import Sizes
@@ -40,8 +42,9 @@ class Counter:
 def counters(monkeypatch: pytest.MonkeyPatch) -> None:
     """Puts counters in the place of all that computes, and answers for fresh processes."""
 
-    def make(body: Any, size: int, threads: int) -> dict[str, Counter]:
-        return {name: Counter(size) for name in ("lanes", "mjx", "mujoco_rollout")}
+    def make(body: Any, size: int, threads: int, xla: bool) -> dict[str, Counter]:
+        names = ("lanes", *(["lanes_xla"] if xla else []), "mjx", "mujoco_rollout")
+        return {name: Counter(size) for name in names}
 
     def engine(vmap: Any, population: bodies.Walkers) -> Counter:
         return Counter(len(population.terrain.row))
@@ -89,4 +92,21 @@ def test_populations_take_the_shortest_steps_at_least() -> None:
 
 def test_what_is_measured_can_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
     showing.show(measuring.measure(TINY, print))
-    assert "lanes / mujoco_rollout = " in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "lanes / mujoco_rollout = " in shown and "lanes_xla" not in shown
+
+
+def test_lanes_xla_is_measured_on_request(capsys: pytest.CaptureFixture[str]) -> None:
+    measured = measuring.measure(dataclasses.replace(TINY, xla=True), print)
+    planar = as_json(measured)["planar"]
+    assert planar["lanes_over_lanes_xla"] == planar["lanes"] / planar["lanes_xla"]
+    showing.show(measured)
+    assert "lanes_xla / mjx = " in capsys.readouterr().out
+
+
+def test_lanes_xla_is_measured_wherever_there_is_an_accelerator(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    machine = dataclasses.replace(RESULTS.machine, accelerator=True)
+    monkeypatch.setattr(measuring, "_machine", lambda: machine)
+    assert measuring.measure(TINY, print).speeds["planar"].steps_per_s["lanes_xla"] > 0
