@@ -11,13 +11,14 @@ import jax
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
-from mjxwalk.evolution.generation import Elites, Evaluator, Study
+from mjxwalk.evolution.generation import Elites, Evaluator, RunState, Study
+from mjxwalk.evolution.goal import take
 from mjxwalk.evolution.measuring import cost_of_transport, over_terrains, speed
 from mjxwalk.runs import Champion
 
 NUM_SCREENING = 10  # ours: terrains that all elites are compared on
 NUM_FINALISTS = 5  # ours: of these are those that get farthest
-NUM_CHOOSING = 90  # ours: further terrains that the finalists are compared on
+NUM_CHOOSING = 100  # ours: further terrains that the finalists are compared on
 NUM_REPORTING = 10  # ours: yet other terrains that the champion is reported on
 
 
@@ -28,30 +29,22 @@ class Choice(NamedTuple):
     champion: Champion
 
 
-def choose(study: Study, evaluator: Evaluator, elites: Elites, key: PRNGKeyArray) -> Choice:
-    """Returns the elite that falls least on new terrains, with its figures on ten others.
-
-    Of those that get farthest on a few terrains, that is; among equals the farthest counts.
-    """
-    num_terrains = NUM_SCREENING + NUM_CHOOSING + NUM_REPORTING
-    terrains = study.sample_terrains(key, num_terrains, study.generations)
-    screening = jax.tree.map(lambda leaf: leaf[:NUM_SCREENING], terrains)
-    final = jax.tree.map(lambda leaf: leaf[NUM_SCREENING:], terrains)
-    # Empty places are evaluated too: what is compiled for all then serves every run.
-    distance = over_terrains(evaluator.evaluate(elites.genotypes, screening).distance)
-    distance = np.where((elites.generation > 0) & np.isfinite(distance), distance, -np.inf)
-    finalists = np.argsort(-distance, kind="stable")[:NUM_FINALISTS]
-    genotypes = jax.tree.map(lambda leaf: np.asarray(leaf)[finalists], elites.genotypes)
-    outcome = evaluator.evaluate(genotypes, final)
-    chosen_by = jax.tree.map(lambda leaf: leaf[:, :NUM_CHOOSING], outcome)
-    falls = np.sum(chosen_by.fell, axis=1)
-    falls = np.where(np.isfinite(distance[finalists]), falls, NUM_CHOOSING + 1)
-    best = int(np.lexsort((-over_terrains(chosen_by.distance), falls))[0])
-    trials = jax.tree.map(lambda leaf: leaf[best, NUM_CHOOSING:], outcome)
+def choose(study: Study, evaluator: Evaluator, state: RunState, key: PRNGKeyArray) -> Choice:
+    """Returns the walker that reached the goal, or else the best elite, with its figures."""
+    key_choosing, key_reporting = jax.random.split(key)
+    if state.reached:
+        genotype, generation = state.elite, int(state.generation)
+    else:
+        place = _best(study, evaluator, state.elites, key_choosing)
+        genotype = jax.tree.map(lambda leaf: leaf[place], state.elites.genotypes)
+        generation = int(state.elites.generation[place])
+    terrains = study.sample_terrains(key_reporting, NUM_REPORTING, study.generations)
+    alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
+    trials = evaluator.evaluate(alone, terrains)
     return Choice(
-        genotype=jax.tree.map(lambda leaf: leaf[best], genotypes),
+        genotype=genotype,
         champion=Champion(
-            generation=int(elites.generation[finalists[best]]),
+            generation=generation,
             distance_m=float(np.mean(trials.distance, dtype=np.float64)),
             fall_rate=float(np.mean(trials.fell)),
             speed_m_s=speed(trials.distance, trials.duration),
@@ -59,3 +52,20 @@ def choose(study: Study, evaluator: Evaluator, elites: Elites, key: PRNGKeyArray
             terrains=NUM_REPORTING,
         ),
     )
+
+
+def _best(study: Study, evaluator: Evaluator, elites: Elites, key: PRNGKeyArray) -> int:
+    """Returns the place of the elite that falls least on new terrains; then distance counts.
+
+    Of those that get farthest on a few terrains, that is.
+    """
+    terrains = study.sample_terrains(key, NUM_SCREENING + NUM_CHOOSING, study.generations)
+    screening = jax.tree.map(lambda leaf: leaf[:NUM_SCREENING], terrains)
+    choosing = jax.tree.map(lambda leaf: leaf[NUM_SCREENING:], terrains)
+    # Empty places are evaluated too: what is compiled for all then serves every run.
+    distance = over_terrains(evaluator.evaluate(elites.genotypes, screening).distance)
+    distance = np.where((elites.generation > 0) & np.isfinite(distance), distance, -np.inf)
+    finalists = np.argsort(-distance, kind="stable")[:NUM_FINALISTS]
+    outcome = evaluator.evaluate(take(elites.genotypes, finalists), choosing)
+    falls = np.where(distance[finalists] > -np.inf, np.sum(outcome.fell, axis=1), NUM_CHOOSING + 1)
+    return int(finalists[np.lexsort((-over_terrains(outcome.distance), falls))[0]])

@@ -96,7 +96,7 @@ class RunState(NamedTuple):
       population: genotypes evaluated last, leaves [pop, ...].
       fitness: of each, mean over its terrains; NaN if a trial's is.
       outcome: what else they did.
-      elite: the fittest of them.
+      elite: the fittest of them, or the one that reached the goal.
       elites: that of each of the last generations.
       reached: whether the elite has reached the study's goal.
     """
@@ -169,12 +169,9 @@ class Evolution:
         evaluating_done = time.perf_counter()
         fitness = over_terrains(outcome.fitness)
         strategy, told = self._tell(key_tell, population, fitness, asked)
-        best = fittest(fitness)
+        passed = study.goal.find(study, self._evaluator, population, outcome, key_goal, generation)
+        best = fittest(fitness) if passed is None else passed
         elite = jax.tree.map(lambda leaf: leaf[best], population)
-        hopeful = not outcome.fell[best].any()
-        reached = hopeful and study.goal.reached(
-            study, self._evaluator, elite, key_goal, generation
-        )
         after = RunState(
             generation=np.asarray(generation, np.int32),
             key=state.key,
@@ -184,7 +181,7 @@ class Evolution:
             outcome=summarise(outcome),
             elite=elite,
             elites=_push(state.elites, elite, fitness[best], generation),
-            reached=np.asarray(reached),
+            reached=np.asarray(passed is not None),
         )
         compile_s = max(0.0, self._evaluator.compile_s - compiled)
         evaluate_s = evaluating_done - asking_done - compile_s

@@ -127,7 +127,7 @@ def _record(
 def _finish(path: Path, config: Config, evaluator: Evaluator, state: RunState) -> Result:
     key = jax.random.wrap_key_data(jnp.asarray(state.key))
     _, key_champion = outer_keys(key)
-    choice = champions.choose(config.experiment, evaluator, state.elites, key_champion)
+    choice = champions.choose(config.experiment, evaluator, state, key_champion)
     lines = metrics.read(path)
     outcome = Result(
         champion=choice.champion,

@@ -28,48 +28,71 @@ class Silent:
 
 
 class Scripted:
-    """Walkers whose trials on terrain i end by a fall if and only if `falls[i]`."""
+    """Walkers that are numbers: walker w falls on the terrains in `falls[w]`, and gets w m far."""
 
-    def __init__(self, falls: list[bool], duration: float) -> None:
-        self.falls, self.duration = np.array(falls), duration
-        self.asked: list[int] = []
+    def __init__(self, falls: list[set[int]], duration: float = 5.0) -> None:
+        self.falls, self.duration = falls, duration
+        self.asked: list[tuple[list[int], int]] = []
 
     def evaluate(self, population: Any, heights: Any, /) -> Outcome:
         """Returns the script's outcomes."""
-        num = len(heights)
-        self.asked.append(num)
-        values = {name: np.zeros((1, num)) for name in Outcome._fields}
-        values["fell"] = self.falls[None, :num]
-        values["duration"] = np.full((1, num), self.duration)
-        return Outcome(**values)  # pyright: ignore[reportArgumentType] # numpy, as evaluators return
+        walkers = [int(walker) for walker in population]
+        self.asked.append((walkers, len(heights)))
+        return outcome(
+            walkers,
+            [[t in self.falls[w] for t in range(len(heights))] for w in walkers],
+            self.duration,
+        )
 
 
-def reached(goal: Goal, evaluator: Scripted) -> bool:
-    study = Toy()
-    genotype = study.template()
-    return goal.reached(study, evaluator, genotype, jax.random.key(0), 1)
+def outcome(distances: list[int], falls: Any, duration: float) -> Outcome:
+    """Returns outcomes [pop, terrain]; fitness is distance."""
+    fell = np.array(falls, bool)
+    values = {name: np.zeros(fell.shape) for name in Outcome._fields}
+    values["fitness"] = values["distance"] = np.repeat(np.array([distances]).T, fell.shape[1], 1)
+    values["fell"] = fell
+    values["duration"] = np.full(fell.shape, duration)
+    return Outcome(**values)  # pyright: ignore[reportArgumentType] # numpy, as evaluators return
 
 
-def test_a_single_fall_or_a_short_trial_misses_the_goal() -> None:
+def found(goal: Goal, evaluator: Scripted, fell_before: list[bool]) -> int | None:
+    """Looks among walkers 0, 1 ..., of which some fell in their generation."""
+    population = np.arange(len(fell_before))
+    before = outcome(population.tolist(), [[fell] for fell in fell_before], 1.0)
+    return goal.find(Toy(), evaluator, population, before, jax.random.key(0), 1)
+
+
+def test_the_farthest_that_never_falls_is_found() -> None:
     goal = Goal(trials=30, duration=5.0)
-    assert reached(goal, Scripted([False] * 30, 5.0))
-    assert not reached(goal, Scripted([False] * 29 + [True], 5.0))
-    assert not reached(goal, Scripted([False] * 30, 4.9))
+    upright = [False] * 4
+    assert found(goal, Scripted([set(), set(), set(), {7}]), upright) == 2
+    # Only the farthest of those that stay up on the few terrains is tried on all.
+    assert found(goal, Scripted([set(), set(), {25}, {7}]), upright) is None
+    assert found(goal, Scripted([set(), set(), set(), set()]), [False, False, True, True]) == 1
 
 
-def test_a_fall_among_the_first_spares_the_other_trials() -> None:
-    evaluator = Scripted([True] + [False] * 29, 5.0)
-    assert not reached(Goal(trials=30), evaluator)
-    assert evaluator.asked == [20]
+def test_short_trials_miss_the_goal() -> None:
+    walkers = [set[int]()] * 3
+    assert found(Goal(trials=30, duration=5.0), Scripted(walkers), [False] * 3) == 2
+    assert found(Goal(trials=30, duration=5.1), Scripted(walkers), [False] * 3) is None
+    assert found(Goal(trials=30, distance=2.0), Scripted(walkers), [False] * 3) == 2
+    assert found(Goal(trials=30, distance=2.1), Scripted(walkers), [False] * 3) is None
 
 
-def test_without_a_goal_nothing_is_tried() -> None:
-    evaluator = Scripted([], 5.0)
-    assert not reached(Goal(), evaluator)
+def test_a_few_trials_spare_the_many() -> None:
+    evaluator = Scripted([{0}, {1}])
+    assert found(Goal(trials=30), evaluator, [False, False]) is None
+    assert [num for _, num in evaluator.asked] == [20]
+
+
+def test_nothing_is_tried_without_a_goal_or_when_all_have_fallen() -> None:
+    evaluator = Scripted([set(), set()])
+    assert found(Goal(), evaluator, [False, False]) is None
+    assert found(Goal(trials=30), evaluator, [True, True]) is None
     assert evaluator.asked == []
 
 
-@pytest.mark.parametrize("settings", [{"trials": -1}, {"duration": -1.0}, {"duration": np.nan}])
+@pytest.mark.parametrize("settings", [{"trials": -1}, {"duration": -1.0}, {"distance": np.nan}])
 def test_wrong_settings_are_refused(settings: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=next(iter(settings))):
         Goal(**settings)

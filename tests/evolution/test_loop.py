@@ -13,7 +13,7 @@ import pytest
 import toy
 
 from mjxwalk import runs
-from mjxwalk.evolution import evolve
+from mjxwalk.evolution import Evolution, RunState, evolve
 from mjxwalk.evolution.champions import choose
 from mjxwalk.evolution.generation import Elites
 from mjxwalk.rollout import Outcome
@@ -219,41 +219,27 @@ class Fixed:
         return Outcome(*arrays)  # type: ignore[arg-type]
 
 
-def stages(screening: Any, choosing: Any, reporting: Any) -> Any:
-    return zip((screening, choosing, reporting), (10, 90, 10), strict=True)
-
-
-def test_of_the_finalists_the_one_that_falls_least_is_champion() -> None:
-    # Elite 1 gets farther, but falls (a distance below 1) once in the 90 trials that choose.
-    distance = np.hstack([np.repeat([[9.0], [5.0]], 10, axis=1), np.full((2, 100), 5.0)])
-    distance[0, 10:] = 9.0
-    distance[0, 40] = 0.5
+def ended(generations: list[int], *, reached: bool = False) -> RunState:
+    """Returns the end of a run whose elites are the numbers of their places."""
+    study = toy.Toy()
+    state = Evolution(study, toy.ToyEvaluator(study, "mjx")).start(0)
+    num = len(generations)
     elites = Elites(
-        genotypes=np.arange(2.0),
-        fitness=np.array([1.0, 2.0], np.float32),
-        generation=np.array([7, 8], np.int32),
+        genotypes=np.arange(float(num)),
+        fitness=np.zeros(num, np.float32),
+        generation=np.array(generations, np.int32),
     )
-    choice = choose(toy.Toy(), Fixed(distance), elites, jax.random.key(0))
-    assert choice.genotype == 1.0 and choice.champion.generation == 8
+    return state._replace(
+        generation=np.asarray(8), elites=elites, elite=np.asarray(1.0), reached=np.asarray(reached)
+    )
 
 
 def test_the_champion_is_chosen_on_other_terrains_than_it_is_reported_on() -> None:
     # Elite 1 is the best where it is chosen and bad afterwards; elite 2 is the other way round, and
     # elite 0 is an empty place.
-    screening, choosing, reporting = (
-        [[9.0], [5.0], [4.0]],
-        [[9.0], [5.0], [4.0]],
-        [[9.0], [0.5], [8.0]],
-    )
-    distance = np.hstack(
-        [np.repeat(part, num, axis=1) for part, num in stages(screening, choosing, reporting)]
-    )
-    elites = Elites(
-        genotypes=np.arange(3.0),
-        fitness=np.array([np.nan, 1.0, 2.0], np.float32),
-        generation=np.array([0, 7, 8], np.int32),
-    )
-    choice = choose(toy.Toy(), Fixed(distance), elites, jax.random.key(0))
+    stages = (([9.0, 5.0, 4.0], 110), ([9.0, 0.5, 8.0], 10))
+    distance = np.hstack([np.repeat(np.array([part]).T, num, axis=1) for part, num in stages])
+    choice = choose(toy.Toy(), Fixed(distance), ended([0, 7, 8]), jax.random.key(0))
     assert choice.genotype == 1.0
     assert choice.champion == runs.Champion(
         generation=7,
@@ -263,3 +249,18 @@ def test_the_champion_is_chosen_on_other_terrains_than_it_is_reported_on() -> No
         cost_of_transport=0.2,  # 1 J a trial, 10 N, 0.5 m
         terrains=10,
     )
+
+
+def test_of_the_finalists_the_one_that_falls_least_is_champion() -> None:
+    # Elite 0 gets farther, but falls (a distance below 1) once in the 100 trials that choose.
+    distance = np.repeat([[9.0], [5.0]], 120, axis=1)
+    distance[0, 40] = 0.5
+    choice = choose(toy.Toy(), Fixed(distance), ended([7, 8]), jax.random.key(0))
+    assert choice.genotype == 1.0 and choice.champion.generation == 8
+
+
+def test_who_reached_the_goal_is_champion() -> None:
+    distance = np.repeat([[9.0], [5.0]], 10, axis=1)
+    choice = choose(toy.Toy(), Fixed(distance), ended([7, 6], reached=True), jax.random.key(0))
+    assert choice.genotype == 1.0 and choice.champion.generation == 8
+    assert choice.champion.distance_m == 5.0
