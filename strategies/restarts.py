@@ -1,4 +1,4 @@
-"""Restarts: a population that has got nowhere by a certain age starts anew.
+"""Restarts: a population that has not got far enough by a certain age starts anew.
 
 Evolution of walking has a bootstrap problem: a share of first populations settles on a lunge and a
 fall. Starting such a run anew costs less than waiting for it.
@@ -33,21 +33,23 @@ class RestartState(NamedTuple):
 
 
 def with_restarts(
-    strategy: Strategy[Any, Any], *, after: int, below: float
+    strategy: Strategy[Any, Any], *, after: int, below: float, max_age: int | None = None
 ) -> Strategy[RestartState, Any]:
     """Returns the strategy, started anew where its best fitness is too low at a certain age.
-
-    A population that has passed the mark by then is never restarted.
 
     Args:
       strategy: any.
       after: age at which a population is judged, in generations.
       below: fitness that the best of all these generations must reach.
+      max_age: age at which every population starts anew, for evolutions that end at a goal: who has
+        not reached it by then is slow; None for never.
 
     Raises:
-      ValueError: after is not a positive count.
+      ValueError: after is not a positive count, or max_age is not above it.
     """
     checks.check_count("after", after, minimum=1)
+    if max_age is not None:
+        checks.check_count("max_age", max_age, minimum=after + 1)
 
     def start(key: PRNGKeyArray, template: Genotype, num_restarts: Int[Array, ""]) -> RestartState:
         worst = jnp.full((), -jnp.inf, float)
@@ -73,6 +75,8 @@ def with_restarts(
         best = jnp.maximum(state.best_fitness, best.astype(state.best_fitness.dtype))
         going_on = state._replace(inner=inner, age=state.age + 1, best_fitness=best)
         stuck = (going_on.age == after) & (best < below)
+        if max_age is not None:
+            stuck |= going_on.age == max_age
         anew = start(key_start, state.template, state.num_restarts + 1)
         return jax.tree.map(lambda a, b: jnp.where(stuck, a, b), anew, going_on), metrics
 

@@ -44,6 +44,8 @@ class Experiment:
       restart_after: a population whose best fitness is below `restart_below` at that age starts
         anew, in generations; None for never.
       restart_below: see `restart_after`.
+      restart_at: age at which every population starts anew, in generations; None for never. For
+        evolutions with a goal: who has not reached it by then is slow.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Experiment:
     goal: Goal = Goal()
     restart_after: int | None = None
     restart_below: float = 0.0
+    restart_at: int | None = None
 
     def __post_init__(self) -> None:
         positive(self, "population_size", "generations", "terrains_per_evaluation")
@@ -85,7 +88,10 @@ class Experiment:
         if self.restart_after is None:
             return strategy
         return strategies.with_restarts(
-            strategy, after=self.restart_after, below=self.restart_below
+            strategy,
+            after=self.restart_after,
+            below=self.restart_below,
+            max_age=self.restart_at,
         )
 
     def sample_terrains(

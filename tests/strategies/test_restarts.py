@@ -45,6 +45,12 @@ def test_one_that_has_passed_the_mark_is_never_restarted() -> None:
     assert float(states[-1].best_fitness) == 2.0
 
 
+def test_even_a_good_one_starts_anew_at_the_greatest_age() -> None:
+    high = [2.0] * 6
+    states = evolved(with_restarts(plain(), after=1, below=1.0, max_age=3), [high] * 4)
+    assert [int(state.age) for state in states] == [0, 1, 2, 0, 1]
+
+
 def test_nan_fitness_is_nowhere() -> None:
     states = evolved(with_restarts(plain(), after=1, below=-1e30), [[np.nan] * 6])
     assert int(states[-1].num_restarts) == 1
@@ -65,3 +71,5 @@ def test_between_restarts_it_is_the_strategy_itself() -> None:
 def test_an_age_of_zero_is_refused() -> None:
     with pytest.raises(ValueError, match="after"):
         with_restarts(plain(), after=0, below=1.0)
+    with pytest.raises(ValueError, match="max_age"):
+        with_restarts(plain(), after=5, below=1.0, max_age=5)
