@@ -14,7 +14,7 @@ from mjxwalk.rollout import Outcome
 
 # Terrains come in tables of a multiple of so many rows, so that engines, which compile for shapes,
 # compile once for most numbers of terrains.
-TABLE_ROWS = 256
+TABLE_ROWS = 512
 
 
 @runtime_checkable
