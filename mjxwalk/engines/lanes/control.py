@@ -84,7 +84,7 @@ def _loop(t: Tracer, carried: list[Value], test: Any, step: Any) -> list[Value]:
         following = shape.flat(step(shape.arrays(carries)))
     if guard is not None:
         condition = build.same("and", condition, guard)
-    following, condition, known = _settle(t, carries, initial, following, condition)
+    following, condition, known = _settle(t, number, carries, initial, following, condition)
     loop = graph.loops[number]
     results: list[int] = []
     for place, (first, then, carry) in enumerate(zip(initial, following, carries, strict=True)):
@@ -98,11 +98,17 @@ def _loop(t: Tracer, carried: list[Value], test: Any, step: Any) -> list[Value]:
 
 
 def _settle(
-    t: Tracer, carries: list[int], initial: list[int], following: list[int], condition: int
+    t: Tracer,
+    number: int,
+    carries: list[int],
+    initial: list[int],
+    following: list[int],
+    condition: int,
 ) -> tuple[list[int], int, dict[int, int]]:
     """Replaces carries that never change by what they start as, until all that are left change.
 
-    Returns the new values after a step, the new test, and what each carry became.
+    Loops inside this one, whose number is given, are rebuilt inside it. Returns the new values
+    after a step, the new test, and what each carry became.
     """
     known = dict(zip(carries, carries, strict=True))
     while True:
@@ -118,7 +124,7 @@ def _settle(
         older = range(min(carries))  # nodes older than the loop do not depend on its carries
         fixed = {node: node for node in older} | known
         live = [n for n in reachable(t.graph, roots, fixed) if n not in fixed]
-        mapping = t.build.substitute(live, t.graph, fixed, parent=t.region)
+        mapping = t.build.substitute(live, t.graph, fixed, parent=number)
         following = [mapping.get(node, node) for node in following]
         condition = mapping.get(condition, condition)
 

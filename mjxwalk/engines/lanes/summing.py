@@ -39,7 +39,9 @@ def _rows(x: Array, axes: tuple[int, ...]) -> tuple[Array, tuple[int, ...]]:
     """Returns the array as rows to be reduced, and the shape of the rows' results."""
     kept = [axis for axis in range(x.ndim) if axis not in axes]
     shape = tuple(x.shape[axis] for axis in kept)
-    return x.transpose((*kept, *axes)).reshape(int(np.prod(shape)), -1), shape
+    summed = [x.shape[axis] for axis in axes]
+    flat = x.transpose((*kept, *axes)).reshape([int(np.prod(n)) for n in (shape, summed)])
+    return flat, shape
 
 
 def _reduction(op: str) -> Handler:
@@ -99,8 +101,9 @@ def _dot_general(t: Tracer, p: Params, inputs: list[Value], equation: Equation) 
         free = [axis for axis in range(ids.ndim) if axis not in (*contracted, *batch)]
         batches = tuple(ids.shape[axis] for axis in batch)
         frees = tuple(ids.shape[axis] for axis in free)
+        summed = tuple(ids.shape[axis] for axis in contracted)
         ids = ids.transpose((*batch, *free, *contracted))
-        sides.append((ids.reshape(int(np.prod(batches)), int(np.prod(frees)), -1), frees))
+        sides.append((ids.reshape([int(np.prod(n)) for n in (batches, frees, summed)]), frees))
     (x, free_x), (y, free_y) = sides
     batches = tuple(inputs[0].array.shape[axis] for axis in batch_x)
     sums = [

@@ -118,6 +118,19 @@ def test_inner_loops_run_until_each_lane_has_had_enough() -> None:
     np.testing.assert_allclose(got[1], want[1], rtol=1e-5)
 
 
+def test_inner_loops_stay_inside_when_an_outer_carry_never_changes() -> None:
+    def function(w: Any) -> Any:
+        def outer(state: Any) -> Any:
+            i, total, fixed = state
+            inner = lax.while_loop(lambda y: y < total + 1, lambda y: y + fixed, total * 0.5)
+            return i + 1, inner * 0.7, fixed * 1.0  # which JAX itself does not see through
+
+        return lax.while_loop(lambda s: s[0] < 5, outer, (0, w, 0.25))[1]
+
+    got, want = lanes.vmap(function)(STARTS), jax.vmap(function)(STARTS)
+    np.testing.assert_allclose(got, want, rtol=1e-5, atol=1e-6)
+
+
 def test_a_loop_in_a_branch_runs_only_for_those_who_take_it() -> None:
     def endless(x: Any) -> Any:  # never ends unless x is positive
         return lax.while_loop(lambda y: y < 10, lambda y: y + x, x)

@@ -63,6 +63,7 @@ FUNCTIONS: dict[str, Any] = {
     "padding": lambda x: lax.pad(x, 0.5, [(-1, 3, 2)]),
     "joining": lambda x: (jnp.concatenate([x, x[:2]]), jnp.stack([x, -x], 1), jnp.split(x, [2])),
     "outer": lambda x: jnp.outer(x, x) @ x,
+    "empty products": lambda x: (x[:0] @ x[:0], jnp.outer(x, x[:0]) @ jnp.outer(x[:0], x)),
     "einsum": lambda x: jnp.einsum("ij,kj->ik", x.reshape(1, 5), jnp.outer(x, x)),
     "cross": lambda x: jnp.cross(x[:3], x[2:]),
     "norm": lambda x: x / jnp.linalg.norm(x),
