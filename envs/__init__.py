@@ -3,7 +3,8 @@
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.flame import Flame
 from mjxwalk.envs.joint_stop import JointStop, StopTorque
-from mjxwalk.envs.planar7 import Action, Observation, Planar7, State
+from mjxwalk.envs.motor import Action
+from mjxwalk.envs.planar7 import Observation, Planar7, State
 from mjxwalk.envs.surface import SerpentineWalk, Surface
 from mjxwalk.envs.terrain import RandomWalk, Terrain
 

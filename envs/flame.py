@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.envs import checks, dynamics, floating
+from mjxwalk.envs import checks, dynamics, floating, motor
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.flame_body import (
     ACTUATED,
@@ -37,25 +37,8 @@ from mjxwalk.envs.flame_body import (
     start,
 )
 from mjxwalk.envs.joint_stop import JointStop
+from mjxwalk.envs.motor import Action
 from mjxwalk.envs.surface import SerpentineWalk, Surface
-
-
-class Action(NamedTuple):
-    """What a controller asks of the motors: torque + stiffness (target - angle) - damping rate.
-
-    Order: adduction; hip, knee and ankle of the left leg; the same of the right one.
-
-    Attributes:
-      torque: N m.
-      target: rad.
-      stiffness: N m/rad.
-      damping: N m s/rad.
-    """
-
-    torque: Float[Array, "7"]
-    target: Float[Array, "7"]
-    stiffness: Float[Array, "7"]
-    damping: Float[Array, "7"]
 
 
 class Observation(NamedTuple):
@@ -213,7 +196,11 @@ class Flame:
         )
 
     def step(self, state: State, action: Action, surface: Surface) -> State:
-        """Returns the walker one physics step later, and whether its trial is over."""
+        """Returns the walker one physics step later, and whether its trial is over.
+
+        The action is that of adduction, then of hip, knee and ankle of the left leg, then of the
+        right one. What the motors give counts as cost and work; stops and springs are no motors.
+        """
         axes = floating.rotation(state.qpos[EULER])
         data = self._forward(state, axes)
         contacts, loads = self._contacts(state, data, axes, surface)
@@ -224,7 +211,8 @@ class Flame:
         turning = floating.euler_acceleration(state.qpos[EULER], state.qvel[EULER], qacc[EULER])
         qacc = jnp.concatenate([axes @ qacc[:3], turning, qacc[JOINTS]])
         qvel = state.qvel + self.timestep * qacc
-        applied = self._applied_torque(state, action, qvel)
+        rate = (qvel if self.integrator == "implicit" else state.qvel)[ACTUATED]
+        applied = motor.torque(action, state.qpos[ACTUATED], rate, ahead=self._ahead)
         ankles = data.xpos[np.array([self.floating.mujoco.body(foot).id for foot in FEET])]
         # Seen along the torso's pitch, the heading is level.
         cosine, sine = jnp.cos(state.qpos[PITCH]), jnp.sin(state.qpos[PITCH])
@@ -243,6 +231,11 @@ class Flame:
             work=state.work + self.timestep * jnp.abs(applied * qvel[ACTUATED]).sum(),
         )
         return self._judge(state, moved, surface)
+
+    @property
+    def _ahead(self) -> float:
+        """How far implicit motors look ahead, s."""
+        return self.timestep if self.integrator == "implicit" else 0.0
 
     def _forward(self, state: State, axes: Float[Array, "3 3"]) -> Any:
         """Returns positions, velocities and bias forces in the torso's axes."""
@@ -300,28 +293,21 @@ class Flame:
         stop = self.joint_stop.torque(
             angle, rate, lower, upper, timestep=self.timestep, implicit=implicit
         )
-        roll = ANKLE_ROLLS - JOINTS.start
-        motor = ACTUATED - JOINTS.start
-        stiffness = jnp.zeros(9).at[motor].set(action.stiffness)
-        stiffness = stiffness.at[roll].set(self.ankle_roll_stiffness)
-        damping = jnp.zeros(9).at[motor].set(action.damping).at[roll].set(self.ankle_roll_damping)
-        target = jnp.zeros(9).at[motor].set(action.target)
-        ahead = self.timestep * rate if implicit else 0.0
-        torque = stiffness * (target - angle - ahead) - damping * rate + stop.torque
-        inertia = self.timestep * (damping + self.timestep * stiffness)
+        driven = self._with_springs(action)
+        inertia = motor.added_inertia(driven, self.timestep) if implicit else 0.0
         return (
-            torque.at[motor].add(action.torque),
-            (inertia if implicit else 0.0) + stop.added_inertia,
+            motor.torque(driven, angle, rate, ahead=self._ahead) + stop.torque,
+            inertia + stop.added_inertia,
         )
 
-    def _applied_torque(
-        self, state: State, action: Action, qvel: Float[Array, "15"]
-    ) -> Float[Array, "7"]:
-        """Returns what the motors gave over the step, N m; stops and springs are no motors."""
-        rate = qvel[ACTUATED] if self.integrator == "implicit" else state.qvel[ACTUATED]
-        ahead = self.timestep * rate if self.integrator == "implicit" else 0.0
-        held = action.stiffness * (action.target - state.qpos[ACTUATED] - ahead)
-        return action.torque + held - action.damping * rate
+    def _with_springs(self, action: Action) -> Action:
+        """Returns the action of all nine joints: the ankles' rolls are passive springs."""
+        roll, motors = ANKLE_ROLLS - JOINTS.start, ACTUATED - JOINTS.start
+        spread = Action(*(jnp.zeros(9).at[motors].set(part) for part in action))
+        return spread._replace(
+            stiffness=spread.stiffness.at[roll].set(self.ankle_roll_stiffness),
+            damping=spread.damping.at[roll].set(self.ankle_roll_damping),
+        )
 
     def _judge(self, before: State, after: State, surface: Surface) -> State:
         """Returns the state after the step with the trial's rules applied."""

@@ -16,10 +16,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.envs import checks, dynamics
+from mjxwalk.envs import checks, dynamics, motor
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.joint_stop import JointStop
+from mjxwalk.envs.motor import Action
 from mjxwalk.envs.terrain import RandomWalk, Terrain
 
 MODEL_PATH = Path(__file__).with_name("planar7.xml")
@@ -33,24 +34,6 @@ GRAVITY = 9.81  # m/s^2, as in MuJoCo
 # ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
 MAX_SPEED = np.array([50.0] * 2 + [1000.0] * 7, np.float32)  # m/s, rad/s
 ACTUATED = slice(3, 9)  # of qpos and qvel
-
-
-class Action(NamedTuple):
-    """What a controller asks of the six joints: torque + stiffness (target - angle) - damping rate.
-
-    Order: hip, knee, ankle of the left leg, then of the right one.
-
-    Attributes:
-      torque: N m.
-      target: rad.
-      stiffness: N m/rad.
-      damping: N m s/rad.
-    """
-
-    torque: Float[Array, "6"]
-    target: Float[Array, "6"]
-    stiffness: Float[Array, "6"]
-    damping: Float[Array, "6"]
 
 
 class Observation(NamedTuple):
@@ -201,7 +184,11 @@ class Planar7:
         )
 
     def step(self, state: State, action: Action, terrain: Terrain) -> State:
-        """Returns the walker one physics step later, and whether its trial is over."""
+        """Returns the walker one physics step later, and whether its trial is over.
+
+        The action is that of hip, knee and ankle of the left leg, then of the right one. What the
+        motors give counts as cost and work; joint stops are no motors.
+        """
         # The tree is placed at the origin: what it does there does not depend on where it is, and
         # near the origin float32 is finer.
         data = dynamics.forward(self.model, state.qpos.at[:2].set(0.0), state.qvel)
@@ -217,7 +204,8 @@ class Planar7:
         )
         qvel = state.qvel + self.timestep * qacc
         qpos = state.qpos + self.timestep * qvel
-        applied = self._applied_torque(state, action, qvel)
+        rate = (qvel if self.integrator == "implicit" else state.qvel)[ACTUATED]
+        applied = motor.torque(action, state.qpos[ACTUATED], rate, ahead=self._ahead)
         touching = jnp.stack([contact.touching for contact in contacts])
         ankles = jnp.stack([data.xpos[self.model.mujoco.body(foot).id, 0] for foot in FEET])
         moved = state._replace(
@@ -232,6 +220,11 @@ class Planar7:
             work=state.work + self.timestep * jnp.abs(applied * qvel[ACTUATED]).sum(),
         )
         return self._judge(state, moved, terrain)
+
+    @property
+    def _ahead(self) -> float:
+        """How far implicit motors look ahead, s."""
+        return self.timestep if self.integrator == "implicit" else 0.0
 
     def _contacts(
         self, state: State, data: Any, terrain: Terrain
@@ -270,22 +263,11 @@ class Planar7:
         stop = self.joint_stop.torque(
             angle, rate, lower, upper, timestep=self.timestep, implicit=implicit
         )
-        ahead = self.timestep * rate if implicit else 0.0
-        held = action.stiffness * (action.target - angle - ahead) - action.damping * rate
-        inertia = self.timestep * (action.damping + self.timestep * action.stiffness)
+        inertia = motor.added_inertia(action, self.timestep) if implicit else 0.0
         return (
-            action.torque + held + stop.torque,
-            (inertia if implicit else 0.0) + stop.added_inertia,
+            motor.torque(action, angle, rate, ahead=self._ahead) + stop.torque,
+            inertia + stop.added_inertia,
         )
-
-    def _applied_torque(
-        self, state: State, action: Action, qvel: Float[Array, "9"]
-    ) -> Float[Array, "6"]:
-        """Returns what the motors gave over the step, N m; joint stops are no motors."""
-        rate = qvel[ACTUATED] if self.integrator == "implicit" else state.qvel[ACTUATED]
-        ahead = self.timestep * rate if self.integrator == "implicit" else 0.0
-        held = action.stiffness * (action.target - state.qpos[ACTUATED] - ahead)
-        return action.torque + held - action.damping * rate
 
     def _judge(self, before: State, after: State, terrain: Terrain) -> State:
         """Returns the state after the step with the trial's rules applied."""
