@@ -54,7 +54,7 @@ def _compile(body: str) -> dict[str, Any]:
     from mjxwalk.engines import lanes
 
     walkers = bodies.walkers(bodies.BODIES[body], 1)
-    mapped = lanes.vmap(bodies.BODIES[body].study.rollout, walkers.axes)
+    mapped = lanes.vmap(bodies.BODIES[body].study().rollout, walkers.axes)
     started = time.perf_counter()
     mapped.compile(walkers.genotypes, walkers.terrain)
     return {"seconds": time.perf_counter() - started}

@@ -1,7 +1,7 @@
 """The engines and C MuJoCo as contenders: each takes steps for all walkers and counts them."""
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 import jax
@@ -35,13 +35,28 @@ class Engine:
         return int(np.asarray(walked.steps).sum(dtype=np.int64))
 
 
+class InParts:
+    """An engine that takes a population's walkers a part at a time, one part after the other."""
+
+    def __init__(self, vmap: Callable[..., Any], population: Walkers, part: int) -> None:
+        size = len(population.terrain.row)
+        self._engine = Engine(vmap, _first(population, min(part, size)))
+        self._turns, rest = divmod(size, min(part, size))
+        if rest:
+            raise ValueError(f"part must divide the population of {size}, got {part}")
+
+    def __call__(self, steps_per_walker: int) -> int:
+        """Takes the steps and returns how many all walkers took together."""
+        return sum(self._engine(steps_per_walker) for _ in range(self._turns))
+
+
 class MujocoRollout:
     """C MuJoCo's `mujoco.rollout`: the same model, no controller, zero controls."""
 
     def __init__(self, body: Body, size: int, threads: int) -> None:
         from mujoco import rollout
 
-        self._model = body.study.env.model.mujoco
+        self._model = body.study().env.model.mujoco
         self._data = [mujoco.MjData(self._model) for _ in range(threads)]
         self._states = np.tile(_reference_state(self._model), (size, 1))
         pool: Any = rollout.Rollout
@@ -58,15 +73,37 @@ class MujocoRollout:
         return len(states) * taken
 
 
-def make(body: Body, size: int, threads: int, xla: bool) -> dict[str, Any]:
-    """Returns the contenders by name; with lanes-xla only if asked for."""
+def make(
+    body: Body, size: int, threads: int, *, xla: bool, without: Collection[str] = ()
+) -> dict[str, Any]:
+    """Returns the contenders by name.
+
+    Args:
+      body: of the walkers.
+      size: of the population.
+      threads: of C MuJoCo.
+      xla: whether lanes-xla is one.
+      without: names of contenders to leave out.
+    """
     population = walkers(body, size)
-    return {
-        "lanes": Engine(lanes.vmap, population),
-        **({"lanes_xla": Engine(lanes.xla_vmap, population)} if xla else {}),
-        "mjx": Engine(mjx.vmap, population),
-        "mujoco_rollout": MujocoRollout(body, size, threads),
+    part = body.mjx_part if jax.default_backend() == "cpu" else None
+    field: dict[str, Callable[[], Any]] = {
+        "lanes": lambda: Engine(lanes.vmap, population),
+        "lanes_xla": lambda: Engine(lanes.xla_vmap, population),
+        "mjx": lambda: InParts(mjx.vmap, population, part or size),
+        "mujoco_rollout": lambda: MujocoRollout(body, size, threads),
     }
+    left_out = {*without, *([] if xla else ["lanes_xla"])}
+    return {name: ready() for name, ready in field.items() if name not in left_out}
+
+
+def _first(population: Walkers, size: int) -> Walkers:
+    """Returns a population's first walkers."""
+    terrain = population.terrain
+    return population._replace(
+        genotypes=jax.tree.map(lambda leaf: leaf[:size], population.genotypes),
+        terrain=terrain._replace(row=terrain.row[:size]),
+    )
 
 
 def _reference_state(model: Any) -> Any:

@@ -3,8 +3,8 @@
 import dataclasses
 import os
 import platform
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import jax
 
@@ -29,6 +29,7 @@ from mjxwalk.runs import manifest
 
 MAIN = "planar"  # the body that everything but the engines' speed is measured with
 PEAK = "peak"
+TOO_SLOW = "XLA compiles it for some 20 s or more, run without --quick"
 Say = Callable[[str], None]
 
 
@@ -96,7 +97,8 @@ def measure(sizes: Sizes, say: Say) -> Results:
     measured: dict[str, Engines] = {}
     for name, body in bodies.BODIES.items():
         say(f"measuring the engines with the {name} body")
-        measured[name] = engines(body, sizes, sizes.xla or machine.accelerator)
+        why = {"mjx": TOO_SLOW} if body.slow and sizes.quick and not machine.accelerator else {}
+        measured[name] = engines(body, sizes, sizes.xla or machine.accelerator, why)
     main = bodies.BODIES[MAIN]
     say("measuring how long compiling takes, without and with the disk cache")
     cold, warm = child.compile_seconds(MAIN)
@@ -117,18 +119,34 @@ def measure(sizes: Sizes, say: Say) -> Results:
     )
 
 
-def engines(body: Body, sizes: Sizes, xla: bool) -> Engines:
-    """Returns how fast the engines are with one body, in turn with the CPU's peak."""
+def engines(body: Body, sizes: Sizes, xla: bool, left_out: Mapping[str, str]) -> Engines:
+    """Returns how fast the engines are with one body, in turn with the CPU's peak.
+
+    Args:
+      body: of the walkers.
+      sizes: how much is measured.
+      xla: whether lanes-xla is, too.
+      left_out: the contenders that are not, and why.
+    """
     threads = running.threads()
-    rivals: dict[str, Any] = contenders.make(body, sizes.population, threads, xla)
+    rivals = contenders.make(body, sizes.population, threads, xla=xla, without=left_out)
     field = {**rivals, PEAK: Peak(threads)}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
     timings = timing.in_turn(field, amounts, sizes.repeats)
     rates = {name: timing.rate(timings[name]) for name in field}
     peak = rates.pop(PEAK)
     del amounts[PEAK]
-    speed = Speed(population=sizes.population, steps_per_s=rates, steps_per_walker=amounts)
-    return Engines(speed, peak, rivals["lanes"].mapped)
+    mapped = rivals["lanes"].mapped
+    kernel = mapped.compiled
+    assert kernel is not None  # it has run
+    speed = Speed(
+        population=sizes.population,
+        operations_per_step=kernel.operations,
+        steps_per_s=rates,
+        steps_per_walker=amounts,
+        left_out=left_out,
+    )
+    return Engines(speed, peak, mapped)
 
 
 def arithmetic(measured: Engines) -> Arithmetic:
@@ -146,7 +164,7 @@ def arithmetic(measured: Engines) -> Arithmetic:
 
 def evolve(body: Body, sizes: Sizes) -> Evolution:
     """Returns how fast populations that evolve run, in turn with one where nobody falls early."""
-    evolved = Evolved(body.study, sizes.generations)
+    evolved = Evolved(body.study(), sizes.generations)
     level = contenders.Engine(lanes.vmap, bodies.walkers(body, evolved.size))
     field = {"evolved": evolved, PEAK: level}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}

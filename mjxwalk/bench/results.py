@@ -13,13 +13,17 @@ class Speed:
 
     Attributes:
       population: walkers at once.
+      operations_per_step: scalar operations of the lanes engine.
       steps_per_s: of all walkers together, for each contender.
       steps_per_walker: that a timing covers, for each contender.
+      left_out: contenders that were not measured, and why.
     """
 
     population: int
+    operations_per_step: int
     steps_per_s: Mapping[str, float]
     steps_per_walker: Mapping[str, int]
+    left_out: Mapping[str, str] = dataclasses.field(default_factory=dict[str, str])
 
     def ratio(self, name: str) -> float:
         """Returns how many times as fast as a contender the reference engine is."""
@@ -196,7 +200,11 @@ def as_json(results: Results) -> dict[str, Any]:
 def _speed(speed: Speed) -> dict[str, Any]:
     return {
         "population": speed.population,
+        "operations_per_step": speed.operations_per_step,
         **speed.steps_per_s,
         **{f"{REFERENCE}_over_{name}": speed.ratio(name) for name in speed.others},
+        **dict.fromkeys(speed.left_out),
+        **{f"{REFERENCE}_over_{name}": None for name in speed.left_out},
         "steps_per_walker": dict(speed.steps_per_walker),
+        "left_out": dict(speed.left_out),
     }

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
-from mjxwalk.bench.bodies import SAME_WORK
+from mjxwalk.bench.bodies import BODIES, SAME_WORK
 from mjxwalk.bench.results import REFERENCE, Results, Speed
 from mjxwalk.progress import count
 
@@ -69,10 +69,16 @@ def _speed(body: str, speed: Speed, results: Results) -> Section:
     ]
     title = f"{body} body, {speed.population:,} walkers, medians of {results.repeats} in turn"
     remarks = [
+        f"controller: {BODIES[body].controller}",
+        f"lanes: {speed.operations_per_step:,} operations a step",
         SAME_WORK,
         "mujoco_rollout: C MuJoCo, the same model, contacts and constraints off, no controller",
     ]
-    if "lanes_xla" in speed.steps_per_s:
+    remarks += [f"{name} left out: {why}" for name, why in speed.left_out.items()]
+    part = BODIES[body].mjx_part
+    if part is not None and "mjx" in speed.steps_per_s and not results.machine.accelerator:
+        remarks.append(f"mjx takes {part} walkers at once, as jaxlib hangs on CPUs with more")
+    if {"lanes_xla", "mjx"} <= speed.steps_per_s.keys():
         faster = speed.steps_per_s["lanes_xla"] / speed.steps_per_s["mjx"]
         remarks.append(f"lanes_xla / mjx = {faster:.3g}, both on {results.machine.mjx_devices}")
     if results.machine.accelerator:

@@ -16,6 +16,7 @@ RESULTS = Results(
     speeds={
         "planar": Speed(
             population=1024,
+            operations_per_step=2000,
             steps_per_s={"lanes": 50e6, "mjx": 0.2e6, "mujoco_rollout": 0.5e6},
             steps_per_walker={"lanes": 9000, "mjx": 40, "mujoco_rollout": 100},
         )

@@ -17,7 +17,7 @@ from mjxwalk.experiments.experiment import Experiment
 from mjxwalk.rollout import Outcome
 
 PLANAR = bodies.BODIES["planar"]
-STUDY = dataclasses.replace(PLANAR.study, population_size=8)
+STUDY = dataclasses.replace(PLANAR.study(), population_size=8)
 LONG = contenders.LONGEST_ROLLOUT + 7  # more than one part
 
 
@@ -62,6 +62,23 @@ def test_the_steps_are_taken_and_not_only_counted() -> None:
         engine = contenders.Engine(vmap, population)
         walked = engine.mapped(population.genotypes, population.terrain, np.int32(6))
         np.testing.assert_array_equal(walked.walk, 1 + 6 * np.arange(5))
+
+
+def test_a_population_in_parts_takes_all_its_steps() -> None:
+    assert contenders.InParts(mjx.vmap, climbers(6), part=2)(3) == 6 * 3
+    assert contenders.InParts(mjx.vmap, climbers(6), part=64)(3) == 6 * 3
+    with pytest.raises(ValueError, match="part must divide the population of 6, got 4"):
+        contenders.InParts(mjx.vmap, climbers(6), part=4)
+
+
+@pytest.mark.slow
+def test_the_spatial_body_walks_and_is_not_torn_apart() -> None:
+    population = bodies.walkers(bodies.BODIES["spatial"], 64)
+    engine = contenders.Engine(lanes.vmap, population)
+    walked = engine.mapped(population.genotypes, population.terrain, np.int32(200))
+    state = walked.walk.state
+    assert not state.diverged.any() and state.num_steps.tolist() == [200] * 64
+    assert np.ptp(state.qpos[:, 0]) > 0.01  # the weights matter
 
 
 @pytest.mark.slow

@@ -42,9 +42,9 @@ class Counter:
 def counters(monkeypatch: pytest.MonkeyPatch) -> None:
     """Puts counters in the place of all that computes, and answers for fresh processes."""
 
-    def make(body: Any, size: int, threads: int, xla: bool) -> dict[str, Counter]:
+    def make(body: Any, size: int, threads: int, *, xla: bool, without: Any) -> dict[str, Counter]:
         names = ("lanes", *(["lanes_xla"] if xla else []), "mjx", "mujoco_rollout")
-        return {name: Counter(size) for name in names}
+        return {name: Counter(size) for name in names if name not in without}
 
     def engine(vmap: Any, population: bodies.Walkers) -> Counter:
         return Counter(len(population.terrain.row))
@@ -68,7 +68,7 @@ def counters(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_everything_is_measured_and_fits_the_json() -> None:
     said: list[str] = []
     data = as_json(measuring.measure(TINY, said.append))
-    assert len(said) == 4
+    assert len(said) == 5
     planar = data["planar"]
     assert set(planar["steps_per_walker"]) == {"lanes", "mjx", "mujoco_rollout"}
     assert planar["lanes_over_mjx"] == planar["lanes"] / planar["mjx"]
@@ -88,6 +88,22 @@ def test_populations_take_the_shortest_steps_at_least() -> None:
     assert scaling["steps_per_walker"] == {"2": 50_000_000, "4": 50_000_000}
     assert scaling["peak_memory_bytes"] == 1004
     assert all(cost > 0 for cost in scaling["ns_per_step"].values())
+
+
+def test_a_quick_bench_leaves_mjx_out_where_it_compiles_slowly_and_says_so(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    quick = measuring.measure(TINY, print)
+    spatial = as_json(quick)["spatial"]
+    assert spatial["mjx"] is None and spatial["lanes_over_mjx"] is None
+    assert spatial["left_out"] == {"mjx": measuring.TOO_SLOW}
+    assert spatial["lanes_over_mujoco_rollout"] > 0
+    showing.show(quick)
+    assert f"mjx left out: {measuring.TOO_SLOW}" in capsys.readouterr().out
+    full = measuring.measure(dataclasses.replace(TINY, quick=False), print)
+    assert as_json(full)["spatial"]["lanes_over_mjx"] > 0
+    showing.show(full)
+    assert f"mjx takes {bodies.MJX_PART} walkers at once" in capsys.readouterr().out
 
 
 def test_what_is_measured_can_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
