@@ -8,13 +8,25 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from engines.lanes.cases import (
+    AXES,
+    CONTROLLER,
+    ENV,
+    FUNCTIONS,
+    GROUND,
+    INTEGERS,
+    INTS,
+    STARTS,
+    U,
+    X,
+    stroll,
+    terrain,
+    weights,
+)
 from jax import lax
 
 from mjxwalk.engines import lanes
 from mjxwalk.rollout import rollout
-from tests.engines.lanes.test_loops import GROUND, STARTS, stroll
-from tests.engines.lanes.test_mapping import FUNCTIONS, INTEGERS, INTS, KEY, U, X
-from tests.engines.lanes.test_rollout import AXES, CONTROLLER, ENV, terrain, weights
 
 
 def agree(function: Any, *args: Any, in_axes: Any = 0, rtol: Any = 2e-6, atol: Any = 2e-6) -> None:
@@ -69,7 +81,11 @@ def test_inner_loops_run_until_each_walker_has_had_enough() -> None:
 @pytest.mark.parametrize("own", [None, 0], ids=["shared", "own"])
 def test_places_outside_a_table_are_clamped_as_in_the_machine_code(own: Any) -> None:
     indices = np.array([-(2**31), -51, -1, 0, 49, 50, 2**31 - 1], np.int32)
-    tables = GROUND[0] if own is None else KEY.normal(size=(7, 50)).astype(np.float32)
+    tables = (
+        GROUND[0]
+        if own is None
+        else np.random.default_rng(7).normal(size=(7, 50)).astype(np.float32)
+    )
 
     def function(i: Any, table: Any) -> Any:
         return table[i], lax.dynamic_slice(table, (i,), (3,)), jnp.arange(40.0)[i]

@@ -2,6 +2,9 @@
 
 import dataclasses
 import functools
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -113,3 +116,32 @@ def test_objects_without_a_text_are_not_named() -> None:
 
     with pytest.raises(identity.Unnamed):
         identity.Identity().text(Opaque())
+
+
+WRITER = """
+import sys, time
+import numpy as np
+from mjxwalk.engines import lanes
+from mjxwalk.engines.lanes import cache
+
+while time.time() < float(sys.argv[1]):
+    pass  # both begin at once
+for turn in range(300):
+    name = f"shared{turn % 3}"
+    cache.write(name, {"turn": turn}, bytes([turn % 256]) * 200_000)
+    entry = cache.read(name)
+    assert entry is None or entry[1] == bytes([entry[0]["turn"] % 256]) * 200_000, turn
+    assert entry is not None, turn
+"""
+
+
+def test_processes_that_write_one_entry_at_once_leave_it_whole(disk: Path) -> None:
+    start = str(time.time() + 4.0)  # time to import
+    crew = [
+        subprocess.Popen([sys.executable, "-c", WRITER, start], stderr=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    for process in crew:
+        _, errors = process.communicate(timeout=120)
+        assert process.returncode == 0, errors
+    assert sorted(path.name for path in disk.iterdir()) == ["shared0", "shared1", "shared2"]

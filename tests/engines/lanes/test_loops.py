@@ -6,30 +6,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from engines.lanes.cases import GROUND, STARTS, stroll
 from jax import lax
 
 from mjxwalk.engines import lanes
 
 KEY = np.random.default_rng(11)
-STARTS = KEY.normal(size=203).astype(np.float32)
-GROUND = KEY.normal(size=(3, 50)).astype(np.float32)
-
-
-def stroll(start: Any, ground: Any, row: Any, limit: Any) -> Any:
-    """A walk over a table that ends at a different step for every walker, and is not chaotic."""
-
-    def walking(state: Any) -> Any:
-        step, place, _ = state
-        return (step < limit) & (place < 4)
-
-    def step(state: Any) -> Any:
-        count, place, seen = state
-        node = jnp.floor(place * 10).astype(jnp.int32)
-        part = place * 10 - node
-        height = ground[row, node] * (1 - part) + ground[row, node + 1] * part
-        return count + 1, place + 0.01 + 0.02 * jnp.abs(start) + 0.001 * height, seen + height**2
-
-    return lax.while_loop(walking, step, (0, jnp.abs(start), 0.0))
 
 
 def strolls(starts: Any, **settings: Any) -> Any:

@@ -6,14 +6,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from engines.lanes.cases import FUNCTIONS, INTEGERS, INTS, U, X
 from jax import lax
 
 from mjxwalk.engines import lanes
 
-KEY = np.random.default_rng(3)
-X = KEY.normal(size=(37, 5)).astype(np.float32)  # not a multiple of any width
-INTS = KEY.integers(-20, 20, size=(37, 5)).astype(np.int32)
-U = KEY.integers(0, 1 << 32, size=(37, 5), dtype=np.uint32)
 B = X > 0
 
 
@@ -41,57 +38,6 @@ def agree(
         np.testing.assert_allclose(ours, np.asarray(theirs), rtol=rtol, atol=atol)
 
 
-FUNCTIONS: dict[str, Any] = {
-    "arithmetic": lambda x: x * 2 + x / 3 - (1 - x) * -x,
-    "division": lambda x: x / (x[::-1] + 3),
-    "extremes": lambda x: (jnp.maximum(x, x[0]), jnp.minimum(x, 0.5), jnp.clip(x, -0.5, 0.7)),
-    "rounding": lambda x: (jnp.floor(x), jnp.ceil(x), jnp.round(x), jnp.sign(x), jnp.trunc(x)),
-    "remainder": lambda x: (x * 7 % 3.0, jnp.fmod(x * 7, -3.0), lax.rem(x * 9, x)),
-    "powers": lambda x: (x**2, x**-3, x**7, jnp.square(x), jnp.abs(x) ** 0.3),
-    "comparisons": lambda x: (x < 0, x <= 0, x > 0.5, x >= x[0], x == x[1], x != x[2]),
-    "logic": lambda x: (~(x > 0), (x > 0) & (x < 1), (x > 0) | (x < -1), (x > 0) ^ (x > 1)),
-    "where": lambda x: jnp.where(x > 0, x, jnp.where(x > -1, 2.0, x * 3)),
-    "conversion": lambda x: (
-        (x * 50).astype(jnp.int32),
-        (x > 0).astype(jnp.float32),
-        x.astype(bool),
-    ),
-    "reductions": lambda x: (x.sum(), x.prod(), x.max(), x.min(), (x > 0).all(), (x > 0).any()),
-    "extreme places": lambda x: (x.argmax(), x.argmin(), (-x).argmax()),
-    "cumulation": lambda x: (jnp.cumsum(x), jnp.cumprod(x), lax.cummax(x, reverse=True)),
-    "moving": lambda x: (x[::-2], x[None, :, None], jnp.roll(x, 2), jnp.tile(x, 2), jnp.pad(x, 2)),
-    "padding": lambda x: lax.pad(x, 0.5, [(-1, 3, 2)]),
-    "joining": lambda x: (jnp.concatenate([x, x[:2]]), jnp.stack([x, -x], 1), jnp.split(x, [2])),
-    "outer": lambda x: jnp.outer(x, x) @ x,
-    "empty products": lambda x: (x[:0] @ x[:0], jnp.outer(x, x[:0]) @ jnp.outer(x[:0], x)),
-    "einsum": lambda x: jnp.einsum("ij,kj->ik", x.reshape(1, 5), jnp.outer(x, x)),
-    "cross": lambda x: jnp.cross(x[:3], x[2:]),
-    "norm": lambda x: x / jnp.linalg.norm(x),
-    "cholesky": lambda x: jnp.linalg.cholesky(jnp.outer(x, x) + 4 * jnp.eye(5)),
-    "solve": lambda x: jax.scipy.linalg.cho_solve(
-        jax.scipy.linalg.cho_factor(jnp.outer(x, x) + 4 * jnp.eye(5)), x
-    ),
-    "triangular": lambda x: lax.linalg.triangular_solve(
-        jnp.tril(jnp.outer(x, x)) + 2 * jnp.eye(5), x[None], left_side=False, lower=True
-    ),
-    "sorting": lambda x: (jnp.sort(x), jnp.argsort(x), lax.sort((jnp.round(x), x), num_keys=1)),
-    "median": lambda x: jnp.median(x),
-    "finite": lambda x: (jnp.isfinite(1 / (x - x[0])), jnp.isnan(jnp.log(x))),
-    "constant": lambda x: (jnp.arange(3), 1.5, x[0] * 0 + 2),
-    "switch": lambda x: lax.switch((x[0] * 3).astype(jnp.int32), [jnp.sin, jnp.cos, jnp.abs], x),
-    "cond": lambda x: lax.cond(x[0] > 0, lambda y: y * 2, lambda y: y - 1, x),
-    "scan": lambda x: lax.scan(lambda c, y: (c + y, c * y), 0.0, x, reverse=True),
-    "long scan": lambda x: lax.scan(lambda c, y: (c * 0.9 + y, c), x[0], jnp.arange(900.0) / 900)[
-        0
-    ],
-    "fori": lambda x: lax.fori_loop(0, 2_000, lambda i, s: s * 0.99 + x[i % 5], x[0]),
-    "custom derivative": lambda x: jax.nn.relu(x) + jax.nn.silu(x),
-    "gradient": lambda x: jax.grad(lambda y: jnp.sum(jnp.sin(y) * y**2))(x),
-    "checkpoint": lambda x: jax.checkpoint(jnp.sin)(x),
-    "weak types": lambda x: x + 1 * 2.5,
-}
-
-
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_function_agrees_with_jax(name: Any) -> None:
     agree(FUNCTIONS[name], X, rtol=1e-5, atol=1e-5)
@@ -101,21 +47,6 @@ def test_function_agrees_with_jax(name: Any) -> None:
 @pytest.mark.parametrize("name", ["arithmetic", "logic", "conversion", "solve", "fori", "sorting"])
 def test_every_width_gives_the_same(name: Any, width: Any) -> None:
     agree(FUNCTIONS[name], X, width=width, rtol=1e-5, atol=1e-5)
-
-
-INTEGERS: dict[str, Any] = {
-    "arithmetic": lambda i, j: (i + j, i - j, i * j, -i, abs(i)),
-    "division": lambda i, j: (lax.div(i, j), lax.rem(i, j), i // 3, i % 7),
-    "bits": lambda i, j: (i & j, i | j, i ^ j, ~i),
-    "shifts": lambda i, j: (
-        lax.shift_left(i, j),
-        lax.shift_right_logical(i, j),
-        lax.shift_right_arithmetic(i, j),
-    ),
-    "comparisons": lambda i, j: (i < j, i <= j, i == j, jnp.maximum(i, j), jnp.minimum(i, j)),
-    "conversion": lambda i, j: (i.astype(jnp.float32), i.astype(bool), i.astype(jnp.uint8)),
-    "bits as floats": lambda i, j: lax.bitcast_convert_type(i, jnp.float32) == 0,
-}
 
 
 @pytest.mark.parametrize("numbers", [INTS, U], ids=["signed", "unsigned"])

@@ -6,28 +6,11 @@ from typing import Any
 import jax
 import numpy as np
 import pytest
+from engines.lanes.cases import AXES, CONTROLLER, ENV, HEIGHTS, terrain, weights
 
-from mjxwalk.controllers import LinearReactive
 from mjxwalk.engines import lanes
-from mjxwalk.envs import Planar7, RandomWalk, State, Terrain
+from mjxwalk.envs import State, Terrain
 from mjxwalk.rollout import Walk, advance, rollout, start
-
-ENV = Planar7(terrain=RandomWalk(roughness=0.004), max_time=3.0)
-CONTROLLER = LinearReactive()
-AXES: Any = (0, Terrain(None, 0))  # type: ignore[arg-type]
-HEIGHTS = np.asarray(ENV.terrain.sample(jax.random.key(1), 3))
-
-
-def weights(count: int, scale: float, seed: int = 0) -> Any:
-    rng = np.random.default_rng(seed)
-    return jax.tree.map(
-        lambda leaf: (rng.normal(size=(count, *np.shape(leaf))) * scale).astype(np.float32),
-        CONTROLLER.template(),
-    )
-
-
-def terrain(count: int) -> Terrain:
-    return Terrain(HEIGHTS, (np.arange(count) % 3).astype(np.int32))  # type: ignore[arg-type]
 
 
 @functools.cache
