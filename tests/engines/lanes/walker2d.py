@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from mjxwalk.envs._mujoco import mujoco
 
-from mjxwalk.envs._mujoco 
 LEG = """
   <body name="thigh{s}" pos="0 0 -0.2">
     <joint name="hip{s}" pos="0 0 0" range="-150 0"/>
