@@ -95,13 +95,19 @@ def walkers(body: Body, size: int) -> Walkers:
     def drawn(leaf: Any) -> Any:
         return draws.normal(0.0, WEIGHT_SIGMA, (size, *leaf.shape)).astype(np.float32)
 
-    heights = np.asarray(study.sample_terrains(jax.random.key(0), 1, 0))
     return Walkers(
         start=functools.partial(rollout.start, study.env, study.controller),
         advance=functools.partial(rollout.advance, study.env, study.controller),
         genotypes=jax.tree.map(drawn, study.template()),
-        terrain=body.ground(heights, np.zeros(size, np.int32)),
+        terrain=body.ground(_heights(body), np.zeros(size, np.int32)),
     )
+
+
+@functools.cache
+def _heights(body: Body) -> Any:
+    """Returns one terrain; kept, as in a quick bench its compiling would be felt each time."""
+    sample = jax.jit(lambda key: body.study().sample_terrains(key, 1, 0))
+    return np.asarray(sample(jax.random.key(0)))
 
 
 def fixed_steps(
