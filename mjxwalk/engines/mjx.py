@@ -90,6 +90,8 @@ def _axis_of_each_leaf(in_axes: Any, args: tuple[Any, ...]) -> list[int | None]:
     axes: list[int | None] = []
 
     def spread(axis: int | None, part: Any) -> None:
+        if axis not in (0, None):
+            raise ValueError(f"in_axes must be 0 or None, got {axis!r}; move the batch in front")
         axes.extend([axis] * len(jax.tree.leaves(part)))
 
     jax.tree.map(spread, prefix, args, is_leaf=lambda node: node is None)

@@ -46,6 +46,11 @@ def test_batches_of_different_sizes_are_refused() -> None:
         mjx.vmap(collatz)(jnp.arange(3), jnp.arange(4))
 
 
+def test_a_batch_that_is_not_in_front_is_refused() -> None:
+    with pytest.raises(ValueError, match="in_axes must be 0 or None, got 1"):
+        mjx.vmap(collatz, in_axes=(1, None))(jnp.ones((2, 3)), jnp.asarray(5))
+
+
 def test_unknown_engine_is_refused() -> None:
     with pytest.raises(ValueError, match="engine must be one of .*, got 'warp'"):
         engines.choose("warp")
