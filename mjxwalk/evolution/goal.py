@@ -9,7 +9,7 @@ from jaxtyping import PRNGKeyArray
 
 from mjxwalk.rollout import Outcome
 
-NUM_CANDIDATES = 8  # ours: the fittest of a generation is often only lucky on its terrain
+NUM_CANDIDATES = 4  # ours: the fittest of a generation is often only lucky on its terrain
 NUM_SCREENING = 20  # ours: on as many terrains most walkers that fall have shown it
 
 
@@ -55,8 +55,8 @@ class Goal:
     ) -> int | None:
         """Returns the place of a genotype that passes all trials, None where there is none.
 
-        The fittest that did not fall in their generation are tried on a few terrains; of those that
-        stay up there, the one that gets farthest is tried on the others.
+        The fittest of those that passed the trials of their generation are tried on a few terrains;
+        of those that pass there, the one that gets farthest is tried on the others.
 
         Args:
           study: what samples terrains.
@@ -66,12 +66,12 @@ class Goal:
           key: of the terrains, used up.
           generation: its number.
         """
-        upright = np.flatnonzero(~outcome.fell.any(axis=1))
-        if self.trials == 0 or not upright.size:
+        hopeful = np.flatnonzero(self._passed(outcome))
+        if self.trials == 0 or not hopeful.size:
             return None
-        fitness = outcome.fitness[upright].mean(axis=1)
+        fitness = outcome.fitness[hopeful].mean(axis=1)
         # Always as many, in case of need the same one again: what is compiled for it then serves.
-        places = np.resize(upright[np.argsort(-fitness, kind="stable")], NUM_CANDIDATES)
+        places = np.resize(hopeful[np.argsort(-fitness, kind="stable")], NUM_CANDIDATES)
         terrains = study.sample_terrains(key, self.trials, generation)
         few = jax.tree.map(lambda leaf: leaf[:NUM_SCREENING], terrains)
         screened = evaluator.evaluate(take(population, places), few)

@@ -58,7 +58,7 @@ def outcome(distances: list[int], falls: Any, duration: float) -> Outcome:
 def found(goal: Goal, evaluator: Scripted, fell_before: list[bool]) -> int | None:
     """Looks among walkers 0, 1 ..., of which some fell in their generation."""
     population = np.arange(len(fell_before))
-    before = outcome(population.tolist(), [[fell] for fell in fell_before], 1.0)
+    before = outcome(population.tolist(), [[fell] for fell in fell_before], evaluator.duration)
     return goal.find(Toy(), evaluator, population, before, jax.random.key(0), 1)
 
 
