@@ -107,9 +107,28 @@ def acceleration(
     mass_matrix = mjx.full_m(model.mjx, data) + jnp.diag(added_inertia)
     if coupling is not None:
         mass_matrix, force = coupling.T @ mass_matrix @ coupling, coupling.T @ force
-    # Leaves first: without fill-in between branches of the tree, half of the factor stays zero.
-    flipped = jax.scipy.linalg.cho_factor(mass_matrix[::-1, ::-1], lower=True)
-    return jax.scipy.linalg.cho_solve(flipped, force[::-1])[::-1]
+    return solve(mass_matrix, force)
+
+
+def solve(matrix: Float[Array, "n n"], right: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Returns x of `matrix x = right` for a symmetric, positive definite matrix.
+
+    Gaussian elimination without pivots, last row first: a tree's leaves come last, and eliminating
+    them first fills in nothing between its branches. Written out, since LAPACK's batched Cholesky
+    waits for ever for XLA's own threads when two CPU devices have some hundred matrices each.
+    """
+    size = right.shape[0]
+    columns, pivots = [], []
+    for _ in range(size - 1):
+        column, pivot = matrix[:-1, -1] / matrix[-1, -1], right[-1] / matrix[-1, -1]
+        matrix = matrix[:-1, :-1] - jnp.outer(column, matrix[-1, :-1])
+        right = right[:-1] - column * right[-1]
+        columns.append(column)
+        pivots.append(pivot)
+    solution = right / matrix[0]
+    for column, pivot in zip(reversed(columns), reversed(pivots), strict=True):
+        solution = jnp.append(solution, pivot - column @ solution)
+    return solution
 
 
 def _point_inertia(load: PointLoad) -> Float[Array, "10"]:
