@@ -15,7 +15,7 @@ class Bench:
     """Measure the engines against each other, against C MuJoCo and against the CPU's peak.
 
     Attributes:
-      quick: measure less, in under a minute.
+      quick: measure less, in about a minute.
       xla: measure the engine lanes-xla also where JAX has only CPUs, for which it compiles slowly.
       json: file to write the numbers to; an old one is replaced.
     """
