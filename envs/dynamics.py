@@ -122,7 +122,8 @@ def solve(matrix: Float[Array, "n n"], right: Float[Array, " n"]) -> Float[Array
     for _ in range(size - 1):
         inverse = 1.0 / matrix[-1, -1]
         column, pivot = matrix[:-1, -1] * inverse, right[-1] * inverse
-        matrix = matrix[:-1, :-1] - jnp.outer(column, matrix[-1, :-1])
+        # Nothing reads below the diagonal, so an engine that drops what nobody reads halves this.
+        matrix = matrix[:-1, :-1] - jnp.outer(column, matrix[:-1, -1])
         right = right[:-1] - column * right[-1]
         columns.append(column)
         pivots.append(pivot)
