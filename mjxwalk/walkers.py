@@ -1,0 +1,167 @@
+"""Where walkers come from: a run's folder, or those that ship with mjxwalk as `zoo:NAME`."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from jaxtyping import Int
+
+from mjxwalk import runs
+from mjxwalk.errors import RunError
+from mjxwalk.runs import config
+
+ZOO = "zoo:"  # prefix of a source
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Walkers:
+    """The walkers that a source offers for comparison.
+
+    Attributes:
+      name: of the source, as text to show.
+      experiment: that they evolved in.
+      genotypes: leaves [walker, ...], newest last; numpy.
+      generations: in which each was the fittest.
+    """
+
+    name: str
+    experiment: Any
+    genotypes: Any
+    generations: Int[np.ndarray, " walker"]
+
+    def __len__(self) -> int:
+        return len(self.generations)
+
+    def of_generation(self, generation: int) -> Any:
+        """Returns the genotype of that generation's walker.
+
+        Raises:
+          ValueError: there is none.
+        """
+        places = np.flatnonzero(self.generations == generation)
+        if not places.size:
+            raise ValueError(f"{self.name} has no walker of generation {generation}")
+        import jax
+
+        return jax.tree.map(lambda leaf: leaf[places[-1]], self.genotypes)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Walker:
+    """One walker.
+
+    Attributes:
+      name: of its source, as text to show.
+      rank: "winner" of a tournament, "champion" of a finished run, or only the "fittest" of the
+        newest generation.
+      experiment: that it evolved in.
+      genotype: its weights; numpy.
+      generation: in which it was the fittest.
+    """
+
+    name: str
+    rank: Literal["winner", "champion", "fittest"]
+    experiment: Any
+    genotype: Any
+    generation: int
+
+
+def find(source: str | Path) -> Walkers:
+    """Returns the elites of a run's last generations, or the one walker of a zoo's entry.
+
+    Args:
+      source: a run's folder, finished or not, or `zoo:NAME`.
+
+    Raises:
+      RunError: there is no such source, it has no walker yet, or its files are damaged.
+    """
+    import jax
+
+    if _in_zoo(source):
+        walker = best(source)
+        alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype)
+        return Walkers(
+            name=walker.name,
+            experiment=walker.experiment,
+            genotypes=alone,
+            generations=np.array([walker.generation]),
+        )
+    run = _load(Path(source))
+    experiment = run.experiment()
+    generations = run.part("elites")["generation"]
+    taken = generations > 0
+    arrays = {name: leaf[taken] for name, leaf in run.elites.items()}
+    size = int(taken.sum())
+    several = jax.tree.map(
+        lambda leaf: jax.ShapeDtypeStruct((size, *leaf.shape), leaf.dtype), experiment.template()
+    )
+    return Walkers(
+        name=str(source),
+        experiment=experiment,
+        genotypes=_fitting(run.path, several, arrays),
+        generations=generations[taken],
+    )
+
+
+def best(source: str | Path) -> Walker:
+    """Returns the tournament's winner of a source, else its champion, else its fittest so far.
+
+    Args:
+      source: a run's folder, finished or not, or `zoo:NAME`. A run that has gone on since its
+        tournament has no winner.
+
+    Raises:
+      RunError: there is no such source, it has no walker yet, or its files are damaged.
+    """
+    if _in_zoo(source):
+        from mjxwalk import zoo
+
+        return zoo.load(str(source).removeprefix(ZOO))
+    from mjxwalk.tournament import results
+
+    run = _load(Path(source))
+    held = results.read(run.path)
+    if held is not None and held.newest_generation == run.generation:
+        arrays, rank, generation = results.read_winner(run.path), "winner", held.winner_generation
+    elif run.result is not None:
+        arrays, rank, generation = run.champion, "champion", run.result.champion.generation
+    else:
+        arrays, rank, generation = run.elite, "fittest", run.generation
+    experiment = run.experiment()
+    return Walker(
+        name=str(source),
+        rank=rank,
+        experiment=experiment,
+        genotype=_fitting(run.path, experiment.template(), arrays),
+        generation=generation,
+    )
+
+
+def _in_zoo(source: str | Path) -> bool:
+    return str(source).startswith(ZOO)
+
+
+def _load(path: Path) -> runs.Run:
+    """Returns a run that has a generation.
+
+    Raises:
+      RunError: it has none, or the folder is not a run's.
+    """
+    if path.is_dir() and not (path / config.FILE).exists():
+        inside = sorted(str(each.parent) for each in path.glob(f"*/{config.FILE}"))
+        if inside:
+            raise RunError(f"{path} holds several runs; name one of {', '.join(inside)}")
+    run = runs.load(path)
+    if run.generation == 0:
+        for reason in run.damaged.values():
+            raise RunError(f"{path} has no checkpoint that can be read: {reason}")
+        raise RunError(f"{path} has not saved a generation yet")
+    return run
+
+
+def _fitting(path: Path, template: Any, arrays: dict[str, Any]) -> Any:
+    try:
+        return runs.unflatten(template, arrays)
+    except RunError as error:
+        raise RunError(f"{path} holds walkers of another experiment: {error}") from None

@@ -1,0 +1,122 @@
+"""One walker of the zoo on disk: its weights as NAME.npz, where it comes from as NAME.json."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any, cast
+
+import msgspec
+import numpy.typing as npt
+
+from mjxwalk import settings
+from mjxwalk.errors import RunError
+from mjxwalk.runs import files
+from mjxwalk.runs.result import npz
+from mjxwalk.tournament import Tournament, weights
+from mjxwalk.tournament.results import as_json
+from mjxwalk.walkers import ZOO, Walker
+
+SCHEMA = 1  # of the JSON file; raise it when a field changes its meaning
+
+
+class Provenance(msgspec.Struct, frozen=True, kw_only=True):
+    """Where a walker comes from, and what it can do.
+
+    Attributes:
+      schema: of the file.
+      experiment: settings of the run, as plain data.
+      seed: of the run.
+      generation: in which it was the fittest.
+      engine: that ran the evolution.
+      mjxwalk: version that it evolved with.
+      commit: of the checkout that it evolved with, None where there was none.
+      command: that made it.
+      tournament: that it won.
+    """
+
+    schema: int
+    experiment: dict[str, Any]
+    seed: int
+    generation: int
+    engine: str
+    mjxwalk: str
+    commit: str | None
+    command: str
+    tournament: Tournament
+
+
+def write(
+    folder: Path, name: str, provenance: Provenance, arrays: dict[str, npt.NDArray[Any]]
+) -> None:
+    """Writes an entry of the zoo; an old one of the name is replaced.
+
+    Raises:
+      RunError: a file cannot be written.
+    """
+    files.replace(folder / f"{name}.npz", npz(arrays))
+    files.replace(folder / f"{name}.json", as_json(provenance))
+
+
+def read(folder: Path, name: str) -> Provenance:
+    """Returns where a walker comes from.
+
+    Raises:
+      RunError: the file cannot be read, or is of another version.
+    """
+    path = folder / f"{name}.json"
+    try:
+        provenance = msgspec.json.decode(files.read(path), type=Provenance)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise RunError(f"{path} cannot be read: {error}") from None
+    if provenance.schema != SCHEMA:
+        raise RunError(
+            f"{path} has version {provenance.schema} and this mjxwalk reads version {SCHEMA}"
+        )
+    return provenance
+
+
+def read_walker(folder: Path, name: str) -> Walker:
+    """Returns a walker; imports JAX.
+
+    Raises:
+      RunError: a file is damaged, or the weights do not fit the experiment.
+    """
+    from mjxwalk import experiments
+    from mjxwalk.runs import unflatten
+
+    provenance = read(folder, name)
+    path = folder / f"{name}.json"
+    try:
+        defaults = experiments.get(str(provenance.experiment.get("name")))
+        data = _completed(defaults, provenance.experiment)
+        experiment = settings.from_data(defaults, data, "experiment")
+    except (RunError, ValueError) as error:
+        raise RunError(f"{path}: {error}") from None
+    arrays = weights.read(folder / f"{name}.npz")
+    try:
+        genotype = unflatten(experiment.template(), arrays)
+    except RunError as error:
+        raise RunError(f"{folder / name}.npz does not fit its experiment: {error}") from None
+    return Walker(
+        name=f"{ZOO}{name}",
+        rank="winner",
+        experiment=experiment,
+        genotype=genotype,
+        generation=provenance.generation,
+    )
+
+
+def _completed(defaults: object, data: dict[str, Any]) -> dict[str, Any]:
+    """Returns settings with those that are younger than the walker at their classes' defaults.
+
+    A run's folder is read by the mjxwalk that wrote it; a walker that ships meets younger ones, and
+    a new setting's default is what was done before there was the setting.
+    """
+    completed = dict(data)
+    for field in dataclasses.fields(cast("Any", defaults)):
+        value = getattr(defaults, field.name)
+        if field.name not in data:
+            if field.default is not dataclasses.MISSING:
+                completed[field.name] = settings.to_data(field.default)
+        elif dataclasses.is_dataclass(value) and isinstance(data[field.name], dict):
+            completed[field.name] = _completed(value, data[field.name])
+    return completed
