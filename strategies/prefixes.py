@@ -1,5 +1,6 @@
 """Settings given per part of a genotype: one value, or a pytree that the template refines."""
 
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -8,7 +9,7 @@ import numpy as np
 from jax.typing import DTypeLike
 from jaxtyping import Array
 
-from mjxwalk.strategies.base import Genotype, Tree
+from mjxwalk.strategies.base import Genotype, IntTree, Tree
 
 
 def match_template(
@@ -26,6 +27,39 @@ def match_template(
     Raises:
       ValueError: the structure is no prefix of the template's, or a shape does not broadcast.
     """
+
+    def spread(value: Any, leaf: Array) -> Array:
+        array = jnp.asarray(value, leaf.dtype if dtype is None else dtype)
+        return jnp.broadcast_to(array, leaf.shape)
+
+    return _spread(field, prefix, template, spread)
+
+
+def match_links(links: Tree, template: Genotype) -> IntTree:
+    """Returns the number of each weight's link, in the template's shapes, known while tracing.
+
+    Args:
+      links: one whole number, or a pytree prefix of the template as `match_template` takes; weights
+        of the same number are one link, and weights of a negative number are of none.
+      template: genotype whose structure and shapes are wanted.
+
+    Returns:
+      Numbers from 0 up without gaps, so that all are below the number of weights, or -1.
+
+    Raises:
+      ValueError: as `match_template`.
+    """
+    full = _spread("links", links, template, lambda value, leaf: np.broadcast_to(value, leaf.shape))
+    leaves, structure = jax.tree.flatten(full)
+    found = np.unique(np.concatenate([leaf.reshape(-1) for leaf in leaves]))
+    found = found[found >= 0]
+    numbers = [np.where(leaf < 0, -1, np.searchsorted(found, leaf)) for leaf in leaves]
+    return jax.tree.unflatten(structure, [leaf.astype(np.int32) for leaf in numbers])
+
+
+def _spread(
+    field: str, prefix: Tree, template: Genotype, spread: Callable[[Any, Array], Any]
+) -> Tree:
     try:
         full = jax.tree.broadcast(prefix, template)
     except ValueError as error:
@@ -34,10 +68,9 @@ def match_template(
             f"{jax.tree.structure(template)}, got {jax.tree.structure(prefix)}"
         ) from error
 
-    def match(path: Any, value: Any, leaf: Array) -> Array:
-        array = jnp.asarray(value, leaf.dtype if dtype is None else dtype)
+    def match(path: Any, value: Any, leaf: Array) -> Any:
         try:
-            return jnp.broadcast_to(array, leaf.shape)
+            return spread(value, leaf)
         except ValueError as error:
             raise ValueError(
                 f"{field}{jax.tree_util.keystr(path)} must broadcast to the template's shape "
@@ -45,6 +78,18 @@ def match_template(
             ) from error
 
     return jax.tree.map_with_path(match, full, template)
+
+
+def check_links(links: Tree) -> None:
+    """Checks that a setting holds whole numbers alone.
+
+    Raises:
+      ValueError: a leaf is of another type, or there is none.
+    """
+    leaves: list[Any] = jax.tree.leaves(links)
+    for leaf in leaves or [None]:
+        if not np.issubdtype(np.asarray(leaf).dtype, np.integer):
+            raise ValueError(f"links must hold whole numbers alone, got {leaf!r}")
 
 
 def check_mask(mask: Tree) -> None:
