@@ -7,6 +7,8 @@ import dataclasses
 import functools
 import sys
 import time
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import jax
@@ -15,10 +17,13 @@ import numpy as np
 import pytest
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk import evaluation, experiments, strategies
-from mjxwalk.evolution import Goal
+from mjxwalk import evaluation, experiments, runs, strategies, tournament, walkers
+from mjxwalk.evolution import Goal, runner
 from mjxwalk.experiments.experiment import StrategyChoice
+from mjxwalk.experiments.pruning import Pruning
+from mjxwalk.experiments.study import Study
 from mjxwalk.rollout import Outcome
+from mjxwalk.runs.study import StudyConfig
 
 GENERATION_STEPS = 100  # physics steps that each trial claims
 
@@ -42,6 +47,7 @@ class World:
     terrain: Ground = Ground()
     friction: float = 1.0
     delay_s: float = 0.0  # that an evaluation takes at least
+    timestep: float = 0.001
 
 
 class Genotype(NamedTuple):
@@ -64,6 +70,8 @@ class Toy:
     generations: int = 6
     terrains_per_evaluation: int = 2
     goal: Goal = Goal()
+    start: Literal["zero", "winner", "population"] = "zero"
+    pruning: Pruning | None = None
 
     def __post_init__(self) -> None:
         for name in ("population_size", "generations", "terrains_per_evaluation"):
@@ -82,7 +90,18 @@ class Toy:
     def make_strategy(self) -> strategies.Strategy[Any, Any]:
         """Returns the strategy."""
         options = tuple(self.strategy.options.items())
-        return _make_strategy(self.strategy.name, self.population_size, options)
+        return _make_strategy(self.strategy.name, self.population_size, options, self.pruning)
+
+    def take_over(self, strategy: Any, state: Any, before: Any, elite_fitness: Any) -> Any:
+        """Returns the strategy's state with another put in."""
+        if self.pruning is None:
+            return runs.unflatten(state, before)
+        return strategy.begin(runs.unflatten(state.inner, before), elite_fitness)
+
+    def finer(self, factor: int) -> "Toy":
+        """Returns the toy with another time step, which changes nothing."""
+        env = dataclasses.replace(self.env, timestep=self.env.timestep / factor)
+        return dataclasses.replace(self, env=env)
 
     def sample_terrains(
         self, key: PRNGKeyArray, num: int, generation: int
@@ -112,10 +131,14 @@ class Toy:
 
 @functools.cache
 def _make_strategy(
-    name: str, population_size: int, options: tuple[tuple[str, Any], ...]
+    name: str, population_size: int, options: tuple[tuple[str, Any], ...], pruning: Pruning | None
 ) -> strategies.Strategy[Any, Any]:
     # JAX compiles anew for functions that it has not met; so the tests compile once.
-    return strategies.make(name, population_size=population_size, **dict(options))
+    strategy = strategies.make(name, population_size=population_size, **dict(options))
+    if pruning is None:
+        return strategy
+    links = Genotype(np.arange(6).reshape(2, 3), np.asarray(-1))  # type: ignore[arg-type]
+    return strategies.with_pruning(strategy, links=links, **dataclasses.asdict(pruning))
 
 
 class ToyEvaluator:
@@ -142,22 +165,81 @@ def _run(genotype: Genotype, terrain: Float[Array, " node"]) -> Outcome:
     return Toy().rollout(genotype, terrain)
 
 
+_ZERO = Toy(name="toys/zero")
+_NEAR = Toy(name="toys/near", start="winner", generations=4)
+STUDY = Study(
+    name="toys",
+    phases=(
+        ("zero", _ZERO),
+        ("near", _NEAR),
+        (
+            "pruned",
+            dataclasses.replace(
+                _NEAR,
+                name="toys/pruned",
+                start="population",
+                generations=30,
+                # The toy's fitness is negative, so that pruning ends as soon as it began.
+                pruning=Pruning(every=2, reference=3, window=2, settle=3),
+            ),
+        ),
+    ),
+)
+
+
 def _names() -> dict[str, str]:
-    return {"toy": "no physics, for tests"}
+    phases = {f"toys/{name}": "a phase of the toys" for name, _ in STUDY.phases}
+    return {"toy": "no physics, for tests"} | phases
 
 
 def _get(name: str) -> Toy:
-    if name != "toy":
+    if name not in _names():
         raise ValueError(f"unknown experiment {name!r}")
-    return Toy()
+    return Toy() if name == "toy" else STUDY.phase(name.partition("/")[2])
+
+
+def _studies() -> dict[str, str]:
+    return {"toys": "three phases without physics"}
+
+
+def _phases(study: str) -> list[str]:
+    assert study == "toys"
+    return [name for name, _ in STUDY.phases]
+
+
+def _get_study(name: str) -> Study:
+    assert name == "toys"
+    return STUDY
+
+
+def hold_tournament(place: Path, study: StudyConfig, say: Callable[[str], None]) -> None:
+    """Makes the third youngest elite the winner without a trial."""
+    entrants = walkers.find(place)
+    winner = int(entrants.generations[-3:][0])
+    say(f"the winner is of generation {winner}")
+    held = tournament.Tournament(
+        entrants=len(entrants),
+        newest_generation=int(entrants.generations[-1]),
+        winner_generation=winner,
+        screening_terrains=1,
+        seed=study.seed,
+        engine="mjx",
+        roughness_m=None,
+        conditions=(),
+    )
+    tournament.write(place, held, entrants.of_generation(winner))
 
 
 def install(patch: pytest.MonkeyPatch) -> None:
-    """Makes the toy the only experiment that the command line knows."""
+    """Makes the toy and its study the only ones that the command line knows."""
     patch.setattr(experiments, "names", _names)
     patch.setattr(experiments, "get", _get)
     patch.setattr(experiments, "DEFAULT", "toy")
+    patch.setattr(experiments, "studies", _studies)
+    patch.setattr(experiments, "phases", _phases)
+    patch.setattr(experiments, "get_study", _get_study)
     patch.setattr(evaluation, "make_evaluator", ToyEvaluator)
+    patch.setattr(runner, "hold_tournament", hold_tournament)
 
 
 if __name__ == "__main__":

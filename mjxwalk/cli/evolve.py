@@ -1,6 +1,7 @@
 """`mjxwalk evolve` and `mjxwalk resume`."""
 
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -13,15 +14,8 @@ from mjxwalk.errors import Interrupted, RunError, near
 if TYPE_CHECKING:
     from mjxwalk.cli.interrupt import Interrupt
     from mjxwalk.progress import Progress
-    from mjxwalk.runs import Config
 
-# Flags that stand for a setting of the experiment.
-SETTINGS = {
-    "generations": "generations",
-    "population": "population_size",
-    "terrains": "terrains_per_evaluation",
-    "roughness": "env.terrain.roughness",
-}
+Job = Callable[["Progress", "Interrupt"], None]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -29,28 +23,37 @@ class Evolve:
     """Evolve walkers, in a folder of their own.
 
     Attributes:
-      experiment: what to evolve; `mjxwalk list` shows all.
+      experiment: what to evolve, an experiment, a study or one of its phases; `mjxwalk list` shows
+        all.
       seed: of all random numbers; the same seed gives the same run.
+      source: run to start from, its folder or `zoo:NAME`; walkers start around its winner, or go on
+        with its population if that is what the experiment does.
+      scale: factor on populations and generations, for a quick look.
       generations: exactly so many, also where the experiment has a goal that ends it earlier.
       population: genotypes a generation.
       terrains: trials of each genotype, each on a terrain of its own.
       roughness: step of the random terrain, m.
+      links: JSON file with the inputs that each network sees besides its own angle, rate and bias.
       engine: what runs the trials; auto takes the fastest on this machine.
       out: folder of the run, new or empty.
       keep: newest checkpoints that stay on disk, or all.
       save_every: generations from one checkpoint to the next; a run resumes to the same bits
         whatever this is.
-      set: any other setting, such as strategy.sigma=0.1.
+      set: any other setting, such as strategy.sigma=0.1; of a study behind the phase's name, such
+        as fil.strategy.sigma=0.1.
     """
 
     experiment: tyro.conf.Positional[Annotated[str, tyro.conf.arg(metavar="EXPERIMENT")]] = (
         experiments.DEFAULT
     )
     seed: int = 0
+    source: Annotated[str | None, tyro.conf.arg(name="from", metavar="RUN")] = None
+    scale: float = 1.0
     generations: OptionalInt = None
     population: OptionalInt = None
     terrains: OptionalInt = None
     roughness: OptionalFloat = None
+    links: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
     out: OutPath = None
     keep: CountOrAll = 20
@@ -70,59 +73,65 @@ class Evolve:
 
         path = self.out or folder.default_path(self.experiment, self.seed)
         folder.check_free(path)
-        return _work(path, self)
+        is_study = self.experiment in experiments.studies()
+        return _work(path, self._evolve_study(path) if is_study else self._evolve_run(path))
 
-    def config(self) -> "Config":
-        """Returns the settings of the run; imports JAX.
+    def _evolve_run(self, path: Path) -> Job:
+        def job(progress: "Progress", interrupt: "Interrupt") -> None:
+            from mjxwalk.cli.choosing import choose_run
+            from mjxwalk.evolution import runner
 
-        Raises:
-          RunError: a setting is unknown or has a wrong value.
-        """
-        from mjxwalk.runs import Config
-        from mjxwalk.settings import override
+            settings, given = choose_run(self)
+            runner.begin(path, settings, given, progress, interrupt.requested)
 
-        experiment: Any = experiments.get(self.experiment)
-        for flag, path in SETTINGS.items():
-            value = getattr(self, flag)
-            if value is not None:
-                experiment = override(experiment, path, str(value))
-        if self.generations is not None:
-            experiment = override(experiment, "goal.trials", "0")
-        for assignment in self.set:
-            path, _, value = assignment.partition("=")
-            experiment = override(experiment, path.strip(), value.strip())
-        try:
-            experiment.make_strategy()  # checks the strategy's options
-            return Config(
-                experiment=experiment,
-                seed=self.seed,
-                engine=self.engine,
-                keep=self.keep,
-                save_every=self.save_every,
-            )
-        except (ValueError, TypeError) as error:
-            raise RunError(str(error)) from None
+        return job
+
+    def _evolve_study(self, path: Path) -> Job:
+        def job(progress: "Progress", interrupt: "Interrupt") -> None:
+            from mjxwalk.cli.choosing import choose_study
+            from mjxwalk.evolution import runner
+
+            runner.begin_study(path, choose_study(self), progress, interrupt.requested)
+
+        return job
 
     def _check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""
-        known = experiments.names()
+        known = [*experiments.names(), *experiments.studies()]
         if self.experiment not in known:
             raise RunError(f"unknown experiment {self.experiment!r}{near(self.experiment, known)}")
         for flag in ("generations", "population", "terrains", "keep", "save_every"):
             value = getattr(self, flag)
             if isinstance(value, int) and value < 1:
                 raise RunError(f"--{flag.replace('_', '-')} must be at least 1, got {value}")
+        if not 0 < self.scale < float("inf"):
+            raise RunError(f"--scale must be a number above 0, got {self.scale}")
         for assignment in self.set:
             if "=" not in assignment:
                 raise RunError(f"--set needs PATH=VALUE, got {assignment!r}")
+        if self.experiment in experiments.studies():
+            self._check_study()
+
+    def _check_study(self) -> None:
+        phases = ", ".join(experiments.phases(self.experiment))
+        if self.source is not None:
+            raise RunError(
+                f"{self.experiment} is a study and starts from zero; --from is for one of its "
+                f"phases {phases}"
+            )
+        if self.generations is not None:
+            raise RunError(
+                f"{self.experiment} is a study whose phases {phases} have generations of their "
+                "own; use --scale, or --set PHASE.generations=NUMBER"
+            )
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Resume:
-    """Go on with a run that was stopped, killed or out of disk, to the same bits.
+    """Go on with a run or a study that was stopped, killed or out of disk, to the same bits.
 
     Attributes:
-      run_folder: the run's folder.
+      run_folder: the run's or the study's folder.
     """
 
     run_folder: RunFolder
@@ -133,59 +142,40 @@ class Resume:
         Raises:
           RunError: the folder is no run, or the run cannot go on.
         """
-        from mjxwalk.runs import folder
+        from mjxwalk.runs import folder, study
 
-        folder.check_run(self.run_folder)
-        return _work(self.run_folder, None)
+        path = self.run_folder
+        is_study = study.is_study(path)
+        if not is_study:
+            folder.check_run(path)
+
+        def job(progress: "Progress", interrupt: "Interrupt") -> None:
+            from mjxwalk.evolution import runner
+
+            go_on: Any = runner.resume_study if is_study else runner.resume
+            go_on(path, progress, interrupt.requested)
+
+        return _work(path, job)
 
 
-def _work(path: Path, new: Evolve | None) -> int:
-    """Starts a run, or goes on with it, in a terminal."""
+def _work(path: Path, job: Job) -> int:
+    """Does what takes long in a terminal, and says how to go on if it is stopped."""
     from mjxwalk.cli.interrupt import Interrupt
     from mjxwalk.progress import make_progress
 
     progress = make_progress()
     with Interrupt(progress.say) as interrupt:
         try:
-            return _work_interruptibly(path, new, progress, interrupt)
+            from mjxwalk import engines
+
+            engines.prepare()
+            job(progress, interrupt)
+            return 0
         except Interrupted as stop:
             progress.close()
             progress.say(f"{stop}; go on with: mjxwalk resume {path}")
         except KeyboardInterrupt:
             progress.close()
-            begun = (path / "config.json").exists()
+            begun = any((path / name).exists() for name in ("config.json", "study.json"))
             progress.say(f"stopped; go on with: mjxwalk resume {path}" if begun else "stopped")
     return 128 + interrupt.signal
-
-
-def _work_interruptibly(
-    path: Path, new: Evolve | None, progress: "Progress", interrupt: "Interrupt"
-) -> int:
-    from mjxwalk import engines, evaluation, evolution
-    from mjxwalk.runs import config, folder, manifest, result
-
-    engines.prepare()
-    settings = config.read(path) if new is None else new.config()
-    finished = result.read(path)
-    if finished is not None:
-        progress.say(f"{path} is finished")
-        progress.finish(path, settings, finished)
-        return 0
-    engine = settings.engine if new is not None else manifest.engine(path, settings.engine)
-    try:
-        evaluator = evaluation.make_evaluator(settings.experiment, engine)
-    except ValueError as error:
-        raise RunError(str(error)) from None
-    if new is not None:
-        folder.create(path, settings)
-    with folder.locked(path):
-        if not (path / manifest.FILE).exists():
-            facts = (evaluator.engine, evaluator.why, evaluator.devices)
-            manifest.write(path, engine=facts[0], why=facts[1], devices=facts[2])
-        progress.start(path, settings, evaluator)
-        try:
-            outcome = evolution.evolve(path, settings, evaluator, progress, interrupt.requested)
-        finally:
-            progress.close()
-        progress.finish(path, settings, outcome)
-    return 0

@@ -6,6 +6,7 @@ and inputs belong to roles (stance, swing), not to sides.
 """
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 import jax.numpy as jnp
@@ -14,6 +15,7 @@ from jaxtyping import Array, Bool, Float
 
 from mjxwalk.envs import Action, Observation
 from mjxwalk.envs.checks import not_negative, positive
+from mjxwalk.errors import near
 
 NETWORKS = ("torso", "inter-leg", "stance knee", "swing knee", "stance ankle", "swing ankle")
 ANGLES = (
@@ -82,24 +84,32 @@ class LinearReactive:
 
     Attributes:
       links: "local" lets each network see its own angle, its rate and a bias only (LPD, 18
-        weights); "all" lets it see every input (FIL, 96 weights).
+        weights); "all" lets it see every input (FIL, 96 weights); a table lists the inputs that a
+        network sees besides those three (RSIL), none where it does not name the network.
       output: "torque" makes the output the joint's torque, as in the plane; "angle" makes it a
         desired angle with stiffness and damping as genes, as in space.
       torque_scale: torque for an output of one, N m.
       torque_limit: a joint's torque is cut there, N m.
     """
 
-    links: Literal["local", "all"] = "local"
+    # A table cannot be hashed; controllers that differ in it alone may share a hash.
+    links: Literal["local", "all"] | Mapping[str, tuple[str, ...]] = dataclasses.field(
+        default="local", hash=False
+    )
     output: Literal["torque", "angle"] = "torque"
     torque_scale: float = 100.0  # ours: makes the paper's mutation sizes meaningful
     torque_limit: float = 300.0  # ours: the paper names none; a strong human's knee
 
     def __post_init__(self) -> None:
-        for field, allowed in (("links", ("local", "all")), ("output", ("torque", "angle"))):
-            if getattr(self, field) not in allowed:
-                raise ValueError(
-                    f"{field} must be one of {', '.join(allowed)}, got {getattr(self, field)!r}"
-                )
+        if isinstance(self.links, Mapping):
+            _check_table(self.links)
+        elif self.links not in ("local", "all"):
+            raise ValueError(
+                "links must be local, all or a table of inputs by network, such as "
+                f'{{"torso": ["inter-leg"]}}, got {self.links!r}'
+            )
+        if self.output not in ("torque", "angle"):
+            raise ValueError(f"output must be one of torque, angle, got {self.output!r}")
         positive(self, "torque_limit")
         not_negative(self, "torque_scale")
 
@@ -114,6 +124,19 @@ class LinearReactive:
         links = jnp.asarray(self._links())
         gains = jnp.ones((len(NETWORKS), 2), bool) if self.output == "angle" else None
         return Weights(links, links, jnp.ones((), bool), gains)
+
+    def prunable(self) -> Weights:
+        """Returns the number of the link that each weight belongs to, -1 where it must stay.
+
+        A link is a network's view of one input, at the start of a trial and later. Its own angle,
+        own rate and bias must stay, and what is no link: blend time and gains.
+        """
+        numbers = np.full((len(NETWORKS), len(INPUTS)), -1, np.int32)
+        free = self._links() & ~local_links()
+        numbers[free] = np.arange(np.count_nonzero(free))
+        links = jnp.asarray(numbers)
+        gains = jnp.full((len(NETWORKS), 2), -1, jnp.int32) if self.output == "angle" else None
+        return Weights(links, links, jnp.asarray(-1, jnp.int32), gains)
 
     def networks(self) -> Weights:
         """Returns the number of the network each weight belongs to; the blend time is the last."""
@@ -142,7 +165,13 @@ class LinearReactive:
         return Memory(left_stance), by_side
 
     def _links(self) -> Bool[np.ndarray, "6 16"]:
-        return local_links() if self.links == "local" else np.ones_like(local_links())
+        links = local_links()
+        if self.links == "all":
+            return np.ones_like(links)
+        if isinstance(self.links, Mapping):
+            for network, inputs in self.links.items():
+                links[NETWORKS.index(network), [INPUTS.index(name) for name in inputs]] = True
+        return links
 
     def _blended(self, weights: Weights, time: Float[Array, ""]) -> Float[Array, "6 16"]:
         """Returns the weights at a time: they move linearly from initiation to walking."""
@@ -196,6 +225,15 @@ def local_links() -> Bool[np.ndarray, "6 16"]:
         for name in (network, f"{network} rate", "bias"):
             links[row, INPUTS.index(name)] = True
     return links
+
+
+def _check_table(table: Mapping[str, tuple[str, ...]]) -> None:
+    for network, inputs in table.items():
+        if network not in NETWORKS:
+            raise ValueError(f"links has no network {network!r}{near(network, NETWORKS)}")
+        for name in inputs:
+            if name not in INPUTS:
+                raise ValueError(f"links of {network} has no input {name!r}{near(name, INPUTS)}")
 
 
 def stance_leg(observation: Observation, before: Bool[Array, ""]) -> Bool[Array, ""]:

@@ -1,6 +1,6 @@
-"""Evolution of a study's walkers: one generation, a whole run on disk, and its champion."""
+"""Evolution of walkers: one generation, a whole run on disk, and its champion."""
 
-from mjxwalk.evolution.generation import Elites, Evaluator, Evolution, RunState, Study
+from mjxwalk.evolution.generation import Elites, Evaluator, Evolution, Evolvable, RunState
 from mjxwalk.evolution.goal import Goal
 from mjxwalk.evolution.loop import Reporter, evolve
 from mjxwalk.evolution.measuring import Trials
@@ -12,7 +12,7 @@ __all__ = [
     "Goal",
     "Reporter",
     "RunState",
-    "Study",
+    "Evolvable",
     "Trials",
     "evolve",
 ]

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
-from mjxwalk.evolution.generation import Elites, Evaluator, RunState, Study
+from mjxwalk.evolution.generation import Elites, Evaluator, Evolvable, RunState
 from mjxwalk.evolution.goal import take
 from mjxwalk.evolution.measuring import cost_of_transport, over_terrains, speed
 from mjxwalk.runs import Champion
@@ -29,16 +29,18 @@ class Choice(NamedTuple):
     champion: Champion
 
 
-def choose(study: Study, evaluator: Evaluator, state: RunState, key: PRNGKeyArray) -> Choice:
+def choose(
+    experiment: Evolvable, evaluator: Evaluator, state: RunState, key: PRNGKeyArray
+) -> Choice:
     """Returns the walker that reached the goal, or else the best elite, with its figures."""
     key_choosing, key_reporting = jax.random.split(key)
     if state.reached:
         genotype, generation = state.elite, int(state.generation)
     else:
-        place = _best(study, evaluator, state.elites, key_choosing)
+        place = _best(experiment, evaluator, state.elites, key_choosing)
         genotype = jax.tree.map(lambda leaf: leaf[place], state.elites.genotypes)
         generation = int(state.elites.generation[place])
-    terrains = study.sample_terrains(key_reporting, NUM_REPORTING, study.generations)
+    terrains = experiment.sample_terrains(key_reporting, NUM_REPORTING, experiment.generations)
     alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
     trials = evaluator.evaluate(alone, terrains)
     return Choice(
@@ -48,18 +50,18 @@ def choose(study: Study, evaluator: Evaluator, state: RunState, key: PRNGKeyArra
             distance_m=float(np.mean(trials.distance, dtype=np.float64)),
             fall_rate=float(np.mean(trials.fell)),
             speed_m_s=speed(trials.distance, trials.duration),
-            cost_of_transport=cost_of_transport(trials.work, trials.distance, study.weight),
+            cost_of_transport=cost_of_transport(trials.work, trials.distance, experiment.weight),
             terrains=NUM_REPORTING,
         ),
     )
 
 
-def _best(study: Study, evaluator: Evaluator, elites: Elites, key: PRNGKeyArray) -> int:
+def _best(experiment: Evolvable, evaluator: Evaluator, elites: Elites, key: PRNGKeyArray) -> int:
     """Returns the place of the elite that falls least on new terrains; then distance counts.
 
     Of those that get farthest on a few terrains, that is.
     """
-    terrains = study.sample_terrains(key, NUM_SCREENING + NUM_CHOOSING, study.generations)
+    terrains = experiment.sample_terrains(key, NUM_SCREENING + NUM_CHOOSING, experiment.generations)
     screening = jax.tree.map(lambda leaf: leaf[:NUM_SCREENING], terrains)
     choosing = jax.tree.map(lambda leaf: leaf[NUM_SCREENING:], terrains)
     # Empty places are evaluated too: what is compiled for all then serves every run.

@@ -12,18 +12,23 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PRNGKeyArray
 
-from mjxwalk.evolution.goal import Goal
+from mjxwalk.evolution.goal import Goal, Trying
 from mjxwalk.evolution.measuring import Trials, measure, over_terrains, summarise
 from mjxwalk.rollout import Outcome
 from mjxwalk.runs import Metrics
+from mjxwalk.runs.start import Start
+from mjxwalk.runs.trees import unflatten
 from mjxwalk.strategies import Strategy
 
 NUM_ELITES = 50  # Solomon et al. (2013): the winner is sought among as many last generations' best
+# Folded into the seed's key of runs that start from others, so that the phases of a study, which
+# share a seed, share no random numbers; no generation has so high a number.
+WINNER_STREAM, POPULATION_STREAM = 2**32 - 1, 2**32 - 2
 
 
 @runtime_checkable
-class Study(Protocol):
-    """What can be evolved: an experiment, or as much of one as the loop needs."""
+class Evolvable(Protocol):
+    """What can be evolved: an `Experiment`, or as much of one as the loop needs."""
 
     @property
     def generations(self) -> int:
@@ -45,12 +50,31 @@ class Study(Protocol):
         """Body weight, N."""
         ...
 
+    @property
+    def start(self) -> str:
+        """What the evolution starts from: "zero", "winner" or "population"."""
+        ...
+
     def template(self) -> Any:
         """Returns the genotype that generation 0 is drawn around."""
         ...
 
     def make_strategy(self) -> Strategy[Any, Any]:
         """Returns what turns a population and its fitness into the next population."""
+        ...
+
+    def take_over(self, strategy: Any, state: Any, before: Any, elite_fitness: Any) -> Any:
+        """Returns a strategy's state with that of a population evolved before put in.
+
+        Args:
+          strategy: from `make_strategy`.
+          state: of it, as `init` made it.
+          before: arrays of the state to put in, by name.
+          elite_fitness: of that population's last generations, newest last.
+
+        Raises:
+          RunError: the arrays do not fit.
+        """
         ...
 
     def sample_terrains(self, key: PRNGKeyArray, num: int, generation: int) -> Any:
@@ -60,7 +84,7 @@ class Study(Protocol):
 
 @runtime_checkable
 class Evaluator(Protocol):
-    """Runs a study's rollout for populations."""
+    """Runs an experiment's rollout for populations."""
 
     @property
     def compile_s(self) -> float:
@@ -98,7 +122,7 @@ class RunState(NamedTuple):
       outcome: what else they did.
       elite: the fittest of them, or the one that reached the goal.
       elites: that of each of the last generations.
-      reached: whether the elite has reached the study's goal.
+      reached: whether the elite has reached the experiment's goal.
     """
 
     generation: Int[np.ndarray, ""]
@@ -113,22 +137,44 @@ class RunState(NamedTuple):
 
 
 class Evolution:
-    """A study, its strategy and an evaluator, compiled once for all generations."""
+    """An experiment, its strategy and an evaluator, compiled once for all generations."""
 
-    def __init__(self, study: Study, evaluator: Evaluator) -> None:
-        self._study = study
+    def __init__(
+        self, experiment: Evolvable, evaluator: Evaluator, finer: Trying | None = None
+    ) -> None:
+        """Args: experiment: to evolve. evaluator: of it. finer: of its goal's fine trials."""
+        self._experiment = experiment
         self._evaluator = evaluator
-        strategy = study.make_strategy()
+        self._finer = finer
+        strategy = self._strategy = experiment.make_strategy()
         self._init = jax.jit(strategy.init)
         self._ask = jax.jit(strategy.ask)
         self._tell = jax.jit(strategy.tell)
 
-    def start(self, seed: int) -> RunState:
-        """Returns the state before generation 1."""
+    def start(self, seed: int, given: Start | None = None) -> RunState:
+        """Returns the state before generation 1.
+
+        Args:
+          seed: of all random numbers.
+          given: what the run starts from; None for zero.
+
+        Raises:
+          RunError: that does not fit the experiment.
+        """
         key = jax.random.key(seed)
+        template = self._experiment.template()
+        if given is not None:
+            key = jax.random.fold_in(key, POPULATION_STREAM if given.strategy else WINNER_STREAM)
+        if given is not None and given.genotype:
+            template = unflatten(template, given.genotype)
         key_init, _ = outer_keys(key)
-        template = self._study.template()
         strategy = _on_host(self._init(key_init, template))
+        if given is not None and given.strategy:
+            strategy = _on_host(
+                self._experiment.take_over(
+                    self._strategy, strategy, given.strategy, given.elite_fitness
+                )
+            )
         population, _ = jax.eval_shape(self._ask, key, strategy)
         size = jax.tree.leaves(population)[0].shape[0]
         empty = np.full(size, np.nan, np.float32)
@@ -159,9 +205,11 @@ class Evolution:
         compiled = self._evaluator.compile_s
         generation = int(state.generation) + 1
         key = jax.random.fold_in(jax.random.wrap_key_data(jnp.asarray(state.key)), generation)
-        key_ask, key_terrains, key_tell, key_goal = jax.random.split(key, 4)
-        study = self._study
-        terrains = study.sample_terrains(key_terrains, study.terrains_per_evaluation, generation)
+        key_ask, key_terrains, key_tell, *keys_goal = jax.random.split(key, 5)
+        experiment = self._experiment
+        terrains = experiment.sample_terrains(
+            key_terrains, experiment.terrains_per_evaluation, generation
+        )
         population, asked = self._ask(key_ask, state.strategy)
         population = _on_host(population)
         asking_done = time.perf_counter()
@@ -169,7 +217,14 @@ class Evolution:
         evaluating_done = time.perf_counter()
         fitness = over_terrains(outcome.fitness)
         strategy, told = self._tell(key_tell, population, fitness, asked)
-        passed = study.goal.find(study, self._evaluator, population, outcome, key_goal, generation)
+        passed = experiment.goal.find(
+            experiment,
+            self._evaluator,
+            population,
+            outcome,
+            (keys_goal[0], keys_goal[1]),
+            self._finer,
+        )
         best = fittest(fitness) if passed is None else passed
         elite = jax.tree.map(lambda leaf: leaf[best], population)
         after = RunState(
@@ -189,7 +244,7 @@ class Evolution:
             outcome,
             best,
             generation=generation,
-            weight=study.weight,
+            weight=experiment.weight,
             told=told,
             evaluate_s=evaluate_s,
             compile_s=compile_s,

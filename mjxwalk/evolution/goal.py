@@ -15,7 +15,7 @@ NUM_SCREENING = 20  # ours: on as many terrains most walkers that fall have show
 
 @runtime_checkable
 class Trying(Protocol):
-    """Runs a study's rollout for populations."""
+    """Runs an experiment's rollout for populations."""
 
     def evaluate(self, population: Any, heights: Any, /) -> Outcome:
         """Returns the outcomes as numpy arrays [pop, terrain]."""
@@ -30,49 +30,69 @@ class Goal:
       trials: none of which may end by a fall; 0 for no goal.
       duration: that each of them lasts at least, s.
       distance: that each of them covers at least, m; who only stands does not fall either.
+      fine_trials: further trials that it has to pass at a finer time step, since some gaits hang
+        on the step that they evolved at (docs/physics.md); 0 for none.
+      fine_factor: divides the time step there.
     """
 
     trials: int = 0
     duration: float = 0.0
     distance: float = 0.0
+    fine_trials: int = 0
+    fine_factor: int = 4
 
     def __post_init__(self) -> None:
-        if self.trials < 0:
-            raise ValueError(f"trials must be 0 or above, got {self.trials}")
+        for name in ("trials", "fine_trials"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name} must be 0 or above, got {getattr(self, name)}")
+        if self.fine_factor < 2:
+            raise ValueError(f"fine_factor must be 2 or above, got {self.fine_factor}")
         for name in ("duration", "distance"):
             value = getattr(self, name)
             if not value >= 0:
                 raise ValueError(f"{name} must be 0 or above, got {value}")
 
+    @property
+    def is_fine(self) -> bool:
+        """Whether there are trials at a finer time step."""
+        return self.trials > 0 and self.fine_trials > 0
+
     def find(
         self,
-        study: Any,
+        experiment: Any,
         evaluator: Trying,
         population: Any,
         outcome: Outcome,
-        key: PRNGKeyArray,
-        generation: int,
+        keys: tuple[PRNGKeyArray, PRNGKeyArray],
+        finer: Trying | None = None,
     ) -> int | None:
         """Returns the place of a genotype that passes all trials, None where there is none.
 
         The fittest of those that passed the trials of their generation are tried on a few terrains;
-        of those that pass there, the one that gets farthest is tried on the others.
+        of those that pass there, the one that gets farthest is tried on the others, and then at
+        the finer time step. The terrains are those of the last generation, which may be rougher.
 
         Args:
-          study: what samples terrains.
+          experiment: what samples terrains.
           evaluator: tries the genotypes.
           population: of the generation, leaves [pop, ...].
           outcome: of the generation, numpy arrays [pop, terrain].
-          key: of the terrains, used up.
-          generation: its number.
+          keys: of the terrains and of those of the fine trials, used up.
+          finer: tries genotypes at the finer time step.
+
+        Raises:
+          ValueError: there are fine trials, and nothing that makes them.
         """
+        if self.is_fine and finer is None:
+            raise ValueError(f"fine_trials is {self.fine_trials} and nobody runs them")
+        key, key_fine = keys
         hopeful = np.flatnonzero(self._passed(outcome))
         if self.trials == 0 or not hopeful.size:
             return None
         fitness = outcome.fitness[hopeful].mean(axis=1)
         # Always as many, in case of need the same one again: what is compiled for it then serves.
         places = np.resize(hopeful[np.argsort(-fitness, kind="stable")], NUM_CANDIDATES)
-        terrains = study.sample_terrains(key, self.trials, generation)
+        terrains = experiment.sample_terrains(key, self.trials, experiment.generations)
         few = jax.tree.map(lambda leaf: leaf[:NUM_SCREENING], terrains)
         screened = evaluator.evaluate(take(population, places), few)
         passed = self._passed(screened)
@@ -80,8 +100,13 @@ class Goal:
             return None
         distance = np.where(passed, screened.distance.mean(axis=1), -np.inf)
         place = places[[np.argmax(distance)]]
-        if not self._passed(evaluator.evaluate(take(population, place), terrains)).all():
+        walker = take(population, place)
+        if not self._passed(evaluator.evaluate(walker, terrains)).all():
             return None
+        if self.is_fine and finer is not None:
+            ground = experiment.sample_terrains(key_fine, self.fine_trials, experiment.generations)
+            if not self._passed(finer.evaluate(walker, ground)).all():
+                return None
         return int(place[0])
 
     def _passed(self, outcome: Outcome) -> Any:

@@ -1,5 +1,6 @@
 """A run from its first generation, or its newest checkpoint, to its champion."""
 
+import contextlib
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -7,10 +8,14 @@ from typing import Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from mjxwalk.evolution import champions
+from mjxwalk.evolution.ahead import Ahead
 from mjxwalk.evolution.generation import Evaluator, Evolution, RunState, outer_keys
+from mjxwalk.evolution.goal import Trying
 from mjxwalk.runs import Config, Interrupted, Metrics, Result, RunError, folder, metrics, result
+from mjxwalk.runs import start as starts
 from mjxwalk.runs.checkpoints import Checkpoints, restore_newest
 from mjxwalk.runs.trees import flatten, unflatten
 
@@ -39,6 +44,7 @@ def evolve(
     evaluator: Evaluator,
     reporter: Reporter,
     stopping: Callable[[], bool] = never,
+    make_finer: Callable[[], Trying] | None = None,
 ) -> Result:
     """Takes a run to its end, from its newest checkpoint that is whole if it has any.
 
@@ -51,15 +57,19 @@ def evolve(
       evaluator: of the experiment.
       reporter: is told of each generation.
       stopping: whether to stop before the next generation.
+      make_finer: returns what evaluates the experiment at its goal's finer time step.
 
     Raises:
+      ValueError: the goal has fine trials, and `make_finer` is not given.
       RunError: a checkpoint could not be saved, or none can be read where there should be one.
       Interrupted: the user stopped it.
     """
     started = time.perf_counter()
-    evolution = Evolution(config.experiment, evaluator)
-    state = _begin(path, evolution, config, reporter)
-    with Checkpoints(path / folder.CHECKPOINTS, keep=config.keep) as checkpoints:
+    with contextlib.ExitStack() as stack:
+        finer = _ahead(config, make_finer, stack)
+        evolution = Evolution(config.experiment, evaluator, finer)
+        state = _begin(path, evolution, config, reporter)
+        checkpoints = stack.enter_context(Checkpoints(path / folder.CHECKPOINTS, keep=config.keep))
         checkpoints.discard_after(int(state.generation))
         try:
             while not _ended(state, config):
@@ -72,6 +82,10 @@ def evolve(
                 # Not before its line is written: what Ctrl-C saves below must have one.
                 state = after
                 reporter.generation(line)
+                if finer is not None:
+                    # Not before the first generation: that compiles itself.
+                    finer.start()
+                    finer.check()
             checkpoints.wait()
             reporter.say("choosing the champion on new terrains")
             return _finish(path, config, evaluator, state)
@@ -82,9 +96,27 @@ def evolve(
             raise Interrupted(f"stopped after generation {int(state.generation)}") from None
 
 
+def _ahead(
+    config: Config, make: Callable[[], Trying] | None, stack: contextlib.ExitStack
+) -> Ahead | None:
+    """Returns what runs the goal's fine trials, None where there are none."""
+    experiment = config.experiment
+    goal = experiment.goal
+    if not goal.is_fine:
+        return None
+    if make is None:
+        raise ValueError(f"fine_trials is {goal.fine_trials} and make_finer is missing")
+    alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], experiment.template())
+    terrains = experiment.sample_terrains(
+        jax.random.key(0), goal.fine_trials, experiment.generations
+    )
+    return stack.enter_context(Ahead(make, alone, terrains))
+
+
 def _begin(path: Path, evolution: Evolution, config: Config, reporter: Reporter) -> RunState:
     """Returns the state to go on from, and cuts the figures of generations that are lost."""
-    start = evolution.start(config.seed)
+    given = None if config.experiment.start == "zero" else starts.read(path)
+    start = evolution.start(config.seed, given)
     lines = metrics.read(path)
     checkpoints = path / folder.CHECKPOINTS
     generation, arrays, damaged = restore_newest(checkpoints, up_to=len(lines))
@@ -111,7 +143,10 @@ def _begin(path: Path, evolution: Evolution, config: Config, reporter: Reporter)
 
 
 def _ended(state: RunState, config: Config) -> bool:
-    return bool(state.reached) or int(state.generation) >= config.experiment.generations
+    if bool(state.reached) or int(state.generation) >= config.experiment.generations:
+        return True
+    # A strategy that prunes ends by itself.
+    return bool(getattr(state.strategy, "finished", False))
 
 
 def _record(

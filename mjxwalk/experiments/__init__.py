@@ -1,12 +1,17 @@
-"""Experiments by name. Naming them is quick: JAX is imported by `get` only."""
+"""Experiments and studies by name. Naming them is quick: JAX is imported by `get` alone.
+
+A study is a chain of experiments, its phases; a phase is an experiment of its own, STUDY/PHASE.
+"""
 
 import importlib
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from mjxwalk.experiments.experiment import Experiment
+    from mjxwalk.experiments.study import Study
 
-__all__ = ["DEFAULT", "get", "names"]
+__all__ = ["DEFAULT", "get", "get_study", "names", "phases", "studies"]
 
 DEFAULT = "planar-lpd"
 
@@ -15,17 +20,54 @@ class _Entry(NamedTuple):
     module: str
     attribute: str
     summary: str
+    phases: Mapping[str, str] = {}  # of a study: what each is
 
 
-_ENTRIES = {
+_LPD, _FIL = "local links, from zero", "all links, around the winner of lpd"
+_SIL = "goes on from fil and prunes its links"
+
+_EXPERIMENTS = {
     "planar-lpd": _Entry("solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),
     "planar-fil": _Entry("solomon", "PLANAR_FIL", "planar walker, all links, slightly rough"),
+}
+_STUDIES = {
+    "solomon-2d": _Entry(
+        "solomon",
+        "SOLOMON_2D",
+        "Solomon et al. (2013) in the plane: local links, all links, pruned links",
+        {"lpd": _LPD, "fil": _FIL, "sil": _SIL},
+    ),
+    "solomon-2d-rsil": _Entry(
+        "solomon",
+        "SOLOMON_2D_RSIL",
+        "the same with the links alone that pruning leaves",
+        {"lpd": _LPD, "rsil": "the links that pruning leaves, around the winner of lpd"},
+    ),
+    "solomon-2d-literal": _Entry(
+        "solomon",
+        "SOLOMON_2D_LITERAL",
+        "the paper's protocol to the letter: its roughness from the first generation",
+        {"lpd": _LPD, "fil": _FIL, "sil": _SIL},
+    ),
 }
 
 
 def names() -> dict[str, str]:
-    """Returns each experiment's name and what it is, in a line."""
-    return {name: entry.summary for name, entry in _ENTRIES.items()}
+    """Returns each experiment's name and what it is, in a line; phases of studies come last."""
+    found = {name: entry.summary for name, entry in _EXPERIMENTS.items()}
+    for study, entry in _STUDIES.items():
+        found |= {f"{study}/{phase}": summary for phase, summary in entry.phases.items()}
+    return found
+
+
+def studies() -> dict[str, str]:
+    """Returns each study's name and what it is, in a line."""
+    return {name: entry.summary for name, entry in _STUDIES.items()}
+
+
+def phases(study: str) -> list[str]:
+    """Returns the names of a study's phases, first to last."""
+    return list(_STUDIES[study].phases)
 
 
 def get(name: str) -> "Experiment":
@@ -34,13 +76,32 @@ def get(name: str) -> "Experiment":
     Raises:
       ValueError: there is none; the message names the nearest.
     """
-    if name not in _ENTRIES:
-        import difflib
+    if name in _EXPERIMENTS:
+        return _load(_EXPERIMENTS[name])
+    if name in names():
+        study, _, phase = name.partition("/")
+        return get_study(study).phase(phase)
+    raise ValueError(f"unknown experiment {name!r}: {_hint(name, names())}")
 
-        near = difflib.get_close_matches(name, _ENTRIES, cutoff=0.4)
-        known = f"choose from {', '.join(_ENTRIES)}"
-        hint = f"did you mean {' or '.join(near)}?" if near else known
-        raise ValueError(f"unknown experiment {name!r}: {hint}")
-    entry = _ENTRIES[name]
+
+def get_study(name: str) -> "Study":
+    """Returns the study of that name.
+
+    Raises:
+      ValueError: there is none; the message names the nearest.
+    """
+    if name not in _STUDIES:
+        raise ValueError(f"unknown study {name!r}: {_hint(name, _STUDIES)}")
+    return _load(_STUDIES[name])
+
+
+def _load(entry: _Entry) -> Any:
     module = importlib.import_module(f"mjxwalk.experiments.{entry.module}")
     return getattr(module, entry.attribute)
+
+
+def _hint(name: str, known: Mapping[str, object]) -> str:
+    import difflib
+
+    near = difflib.get_close_matches(name, known, cutoff=0.4)
+    return f"did you mean {' or '.join(near)}?" if near else f"choose from {', '.join(known)}"

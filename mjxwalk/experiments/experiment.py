@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 from jaxtyping import Array, Float, PRNGKeyArray
 
@@ -12,7 +12,10 @@ from mjxwalk.controllers.linear_reactive import INPUTS, NETWORKS
 from mjxwalk.envs import Planar7, Terrain
 from mjxwalk.envs.checks import positive
 from mjxwalk.evolution.goal import Goal
+from mjxwalk.experiments.pruning import Pruning
+from mjxwalk.experiments.ramp import RoughnessRamp
 from mjxwalk.rollout import Outcome, rollout
+from mjxwalk.runs import unflatten
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -46,6 +49,12 @@ class Experiment:
       restart_below: see `restart_after`.
       restart_at: age at which every population starts anew, in generations; None for never. For
         evolutions with a goal: who has not reached it by then is slow.
+      start: what the evolution starts from: "zero" draws generation 0 around the controller's
+        template; "winner" around the best walker of another run; "population" goes on with the
+        last population of another run and the state that its strategy was in.
+      ramp: ground that gets rougher over the generations; None for the same roughness in all.
+      pruning: removes links as the evolution goes on, and ends it when that has cost too much;
+        None to keep them.
     """
 
     name: str
@@ -59,9 +68,19 @@ class Experiment:
     restart_after: int | None = None
     restart_below: float = 0.0
     restart_at: int | None = None
+    start: Literal["zero", "winner", "population"] = "zero"
+    ramp: RoughnessRamp | None = None
+    pruning: Pruning | None = None
 
     def __post_init__(self) -> None:
         positive(self, "population_size", "generations", "terrains_per_evaluation")
+        if self.start not in ("zero", "winner", "population"):
+            raise ValueError(f"start must be zero, winner or population, got {self.start!r}")
+        if self.restart_after is not None and (self.pruning or self.start == "population"):
+            raise ValueError(
+                "restart_after must be null where links are pruned or start is population: a "
+                f"restart would lose what was evolved before, got {self.restart_after}"
+            )
 
     @property
     def weight(self) -> float:
@@ -78,13 +97,18 @@ class Experiment:
         Raises:
           ValueError: the strategy or one of its options does not exist, or has a wrong value.
         """
+        # Where links are pruned, all weights of a link are to be inherited together.
+        links = {} if self.pruning is None else {"links": self.controller.prunable()}
         strategy = strategies.make(
             self.strategy.name,
             population_size=self.population_size,
             mask=self.controller.mask(),
             groups=self.controller.networks(),
+            **links,
             **self.strategy.options,
         )
+        if self.pruning is not None:
+            return strategies.with_pruning(strategy, **links, **dataclasses.asdict(self.pruning))
         if self.restart_after is None:
             return strategy
         return strategies.with_restarts(
@@ -94,12 +118,44 @@ class Experiment:
             max_age=self.restart_at,
         )
 
+    def take_over(
+        self,
+        strategy: strategies.Strategy[Any, Any],
+        state: Any,
+        before: Mapping[str, Any],
+        elite_fitness: Any,
+    ) -> Any:
+        """Returns a strategy's state with that of a population evolved before put in.
+
+        Args:
+          strategy: from `make_strategy`.
+          state: of it, as `init` made it.
+          before: arrays of the state to put in, by name.
+          elite_fitness: of that population's last generations, newest last; pruning compares with
+            them.
+
+        Raises:
+          RunError: the arrays do not fit.
+        """
+        if self.pruning is None:
+            return unflatten(state, before)
+        pruner: Any = strategy
+        return pruner.begin(unflatten(state.inner, before), elite_fitness)
+
     def sample_terrains(
         self, key: PRNGKeyArray, num: int, generation: int
     ) -> Float[Array, "terrain node"]:
         """Returns the terrains of a generation, heights in m."""
-        del generation
-        return self.env.terrain.sample(key, num)
+        terrain = self.env.terrain
+        if self.ramp is not None:
+            roughness = self.ramp.at(generation, terrain.roughness)
+            terrain = dataclasses.replace(terrain, roughness=roughness)
+        return terrain.sample(key, num)
+
+    def finer(self, factor: int) -> "Experiment":
+        """Returns the experiment with its time step divided by a factor."""
+        env = dataclasses.replace(self.env, timestep=self.env.timestep / factor)
+        return dataclasses.replace(self, env=env)
 
     def rollout(self, genotype: Weights, terrain: Terrain) -> Outcome:
         """Returns what one walker does on one terrain."""

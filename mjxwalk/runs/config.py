@@ -18,6 +18,24 @@ SCHEMA = 1  # of this file; raise it when a setting changes its meaning
 KEEP = 20
 
 
+# Settings that experiments did not have when older runs were written, and what they did then.
+ADDED: dict[str, Any] = {"start": "zero", "ramp": None, "pruning": None}
+ADDED_TO_GOAL: dict[str, Any] = {"fine_trials": 0, "fine_factor": 4}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Origin:
+    """Where what a run starts from was taken from; the run itself needs `start.npz` alone.
+
+    Attributes:
+      source: as it was named: a run's folder, or `zoo:NAME`.
+      generation: of the walker or population.
+    """
+
+    source: str
+    generation: int
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Config:
     """A run is a function of these on one machine.
@@ -29,6 +47,7 @@ class Config:
       engine: as asked for, which may be "auto"; the manifest has what it came to.
       keep: newest checkpoints that stay; None keeps all.
       save_every: generations from one checkpoint to the next.
+      origin: of what the run starts from; None for zero.
     """
 
     experiment: Any
@@ -36,6 +55,7 @@ class Config:
     engine: str = "auto"
     keep: int | None = KEEP
     save_every: int = 1
+    origin: Origin | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 2**32:
@@ -52,6 +72,7 @@ class _File(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     engine: str
     keep: int | None
     save_every: int
+    origin: Origin | None = None
     experiment: dict[str, Any]
 
 
@@ -87,7 +108,7 @@ def read(folder: Path) -> Config:
     """
     file = _read_file(folder)
     try:
-        return _from_file(file, _defaults(str(file.experiment.get("name"))))
+        return _from_file(file, None)
     except (RunError, ValueError) as error:
         raise RunError(f"{folder / FILE}: {error}") from None
 
@@ -120,21 +141,40 @@ def _to_file(config: Config) -> _File:
         engine=config.engine,
         keep=config.keep,
         save_every=config.save_every,
+        origin=config.origin,
         experiment=settings.to_data(config.experiment),
     )
 
 
+def experiment_of(data: dict[str, Any], defaults: Any = None) -> Any:
+    """Returns an experiment from its settings as plain data; imports JAX.
+
+    Settings that experiments did not have when older runs were written are filled in.
+
+    Args:
+      data: the settings.
+      defaults: an experiment of the same classes; None for the one of that name.
+
+    Raises:
+      RunError: a setting is unknown, missing or of a wrong type.
+      ValueError: there is no experiment of that name.
+    """
+    if defaults is None:
+        from mjxwalk import experiments  # imports JAX, which most of this package does without
+
+        defaults = experiments.get(str(data.get("name")))
+    data = {k: v for k, v in ADDED.items() if hasattr(defaults, k)} | data
+    if isinstance(data.get("goal"), dict):
+        data["goal"] = ADDED_TO_GOAL | data["goal"]
+    return settings.from_data(defaults, data, "experiment")
+
+
 def _from_file(file: _File, defaults: Any) -> Config:
     return Config(
-        experiment=settings.from_data(defaults, file.experiment, "experiment"),
+        experiment=experiment_of(file.experiment, defaults),
         seed=file.seed,
         engine=file.engine,
         keep=file.keep,
         save_every=file.save_every,
+        origin=file.origin,
     )
-
-
-def _defaults(name: str) -> Any:
-    from mjxwalk import experiments  # imports JAX, which most of this package does without
-
-    return experiments.get(name)

@@ -12,16 +12,21 @@ def replace(path: Path, content: bytes) -> None:
     Raises:
       RunError: the disk is full, or the folder cannot be written.
     """
-    partial = path.with_name(f".{path.name}.partial")
+    unfinished = path.with_name(partial(path.name))
     try:
-        with partial.open("wb") as file:
+        with unfinished.open("wb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        partial.replace(path)
+        unfinished.replace(path)
     except OSError as error:
-        partial.unlink(missing_ok=True)
+        unfinished.unlink(missing_ok=True)
         raise RunError(f"{path} could not be written: {describe(error)}") from error
+
+
+def partial(name: str) -> str:
+    """Returns what a file is called while its content is being written."""
+    return f".{name}.partial"
 
 
 def append_line(path: Path, line: bytes) -> None:

@@ -8,18 +8,21 @@ from collections.abc import Generator
 from pathlib import Path
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, files
+from mjxwalk.runs import config, files, start, study
 from mjxwalk.runs.config import Config
+from mjxwalk.runs.start import Start
 
 CHECKPOINTS = "checkpoints"
 LOCK_FILE = ".lock"
 RUNS = Path("runs")
+# What a process that was killed while it made a run's folder may have left in it.
+BEGUN = (start.FILE, files.partial(start.FILE), files.partial(config.FILE))
 
 
 def default_path(experiment: str, seed: int) -> Path:
     """Returns a new folder's path: runs/<experiment>-<seed>-<time>."""
     now = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
-    return RUNS / f"{experiment}-{seed}-{now}"
+    return RUNS / f"{experiment.replace('/', '-')}-{seed}-{now}"
 
 
 def check_free(path: Path) -> None:
@@ -28,17 +31,25 @@ def check_free(path: Path) -> None:
     Raises:
       RunError: it holds a run or anything else, or is no folder.
     """
-    if (path / config.FILE).exists():
+    if (path / config.FILE).exists() or study.is_study(path):
+        kind = "study" if study.is_study(path) else "run"
         raise RunError(
-            f"{path} already holds a run; continue it with `mjxwalk resume {path}` or choose "
+            f"{path} already holds a {kind}; continue it with `mjxwalk resume {path}` or choose "
             "another --out"
         )
-    if path.exists() and (not path.is_dir() or any(path.iterdir())):
+    if path.exists() and (
+        not path.is_dir() or any(each.name not in BEGUN for each in path.iterdir())
+    ):
         raise RunError(f"{path} exists and is not an empty folder; choose another --out")
 
 
-def create(path: Path, settings: Config) -> None:
+def create(path: Path, settings: Config, given: Start | None = None) -> None:
     """Makes a run's folder with its `config.json`.
+
+    Args:
+      path: of the folder.
+      settings: of the run.
+      given: what it starts from; None for zero.
 
     Raises:
       RunError: the folder is taken, cannot be made, or the settings would not read back.
@@ -48,7 +59,9 @@ def create(path: Path, settings: Config) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"{path} could not be made: {files.describe(error)}") from error
-    config.write(path, settings)
+    if given is not None:
+        start.write(path, given)
+    config.write(path, settings)  # last: with it the folder holds a run
 
 
 def check_run(path: Path) -> None:
@@ -59,6 +72,10 @@ def check_run(path: Path) -> None:
     """
     if not path.exists():
         raise RunError(f"{path} does not exist; `mjxwalk list` shows the runs in ./{RUNS}")
+    if study.is_study(path):
+        inside = sorted(str(file.parent) for file in path.glob(f"*/{config.FILE}"))
+        which = f"; name one of its runs: {', '.join(inside)}" if inside else ""
+        raise RunError(f"{path} is a study, not a run{which}")
     if not (path / config.FILE).is_file():
         raise RunError(f"{path} is no run: it has no {config.FILE}")
 

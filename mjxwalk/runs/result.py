@@ -101,6 +101,15 @@ def read_genotype(folder: Path) -> dict[str, npt.NDArray[Any]]:
     path = folder / CHAMPION_FILE
     if not path.exists():
         raise RunError(f"{folder} has no champion yet: the run is not finished")
+    return read_npz(path)
+
+
+def read_npz(path: Path) -> dict[str, npt.NDArray[Any]]:
+    """Returns the arrays of an npz file by name.
+
+    Raises:
+      RunError: it is damaged.
+    """
     try:
         with np.load(io.BytesIO(files.read(path)), allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}

@@ -76,7 +76,7 @@ assert "jax" not in sys.modules
     ("args", "complaint"),
     [
         (["evolv"], "unknown command 'evolv'; did you mean evolve?"),
-        (["evolve", "toi"], "unknown experiment 'toi'; did you mean toy?"),
+        (["evolve", "toi"], "unknown experiment 'toi'; did you mean toy or toys?"),
         (["evolve", "--population", "-5"], "--population must be at least 1, got -5"),
         (["evolve", "--population", "many"], "--population must be a whole number, got 'many'"),
         (["evolve", "--generations", "0"], "--generations must be at least 1, got 0"),

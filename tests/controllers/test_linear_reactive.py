@@ -183,5 +183,49 @@ def test_networks_and_mask_have_the_shape_of_a_genotype() -> None:
 
 
 def test_wrong_settings_are_refused(unchecked_types: None) -> None:
-    with pytest.raises(ValueError, match="links must be one of local, all, got 'some'"):
+    with pytest.raises(ValueError, match="links must be local, all or a table .* got 'some'"):
         LinearReactive(links="some")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="output must be one of torque, angle, got 'force'"):
+        LinearReactive(output="force")  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("table", "complaint"),
+    [
+        ({"hip": ("bias",)}, "links has no network 'hip'"),
+        ({"torso": ("stance thig",)}, "links of torso has no input 'stance thig'; did you mean"),
+    ],
+)
+def test_a_wrong_table_of_links_is_one_sentence(
+    table: dict[str, tuple[str, ...]], complaint: str
+) -> None:
+    with pytest.raises(ValueError, match=complaint) as caught:
+        LinearReactive(links=table)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_table_adds_its_links_to_the_local_ones() -> None:
+    controller = LinearReactive(links={"torso": ("inter-leg", "bias"), "swing knee": ()})
+    links = np.asarray(controller.mask().walking)
+    added = np.argwhere(links & ~local_links()).tolist()
+    assert added == [[NETWORKS.index("torso"), INPUTS.index("inter-leg")]]
+    assert links[local_links()].all()
+    assert hash(controller) == hash(LinearReactive(links={"torso": ("inter-leg", "bias")}))
+    # Of all the weights the masked ones alone have no say.
+    weights = random_weights(FIL)
+    present = jax.tree.map(jnp.where, controller.mask(), weights, controller.template())
+    _, some = controller.act(weights, RIGHT, observation())
+    _, same = FIL.act(present, RIGHT, observation())
+    np.testing.assert_allclose(some.torque, same.torque, rtol=1e-5)
+
+
+def test_what_can_be_pruned_is_each_network_s_view_of_what_is_not_its_own() -> None:
+    links = FIL.prunable()
+    numbers = np.asarray(links.walking)
+    np.testing.assert_array_equal(links.initiation, numbers)  # a link is in both sets of weights
+    np.testing.assert_array_equal(numbers >= 0, ~local_links())
+    assert sorted(numbers[numbers >= 0]) == list(range(6 * 13))
+    assert links.blend_time == -1 and links.gains is None
+    assert np.all(np.asarray(LPD.prunable().walking) == -1)
+    gains = LinearReactive(links="all", output="angle").prunable().gains
+    assert gains is not None and np.all(gains == -1)

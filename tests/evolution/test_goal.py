@@ -55,11 +55,14 @@ def outcome(distances: list[int], falls: Any, duration: float) -> Outcome:
     return Outcome(**values)  # pyright: ignore[reportArgumentType] # numpy, as evaluators return
 
 
-def found(goal: Goal, evaluator: Scripted, fell_before: list[bool]) -> int | None:
+def found(
+    goal: Goal, evaluator: Scripted, fell_before: list[bool], finer: Scripted | None = None
+) -> int | None:
     """Looks among walkers 0, 1 ..., of which some fell in their generation."""
     population = np.arange(len(fell_before))
     before = outcome(population.tolist(), [[fell] for fell in fell_before], evaluator.duration)
-    return goal.find(Toy(), evaluator, population, before, jax.random.key(0), 1)
+    keys = (jax.random.key(0), jax.random.key(1))
+    return goal.find(Toy(), evaluator, population, before, keys, finer)
 
 
 def test_the_farthest_that_never_falls_is_found() -> None:

@@ -1,0 +1,140 @@
+"""From the arguments of `mjxwalk evolve` to the settings of a run or of a study; imports JAX."""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from mjxwalk import experiments
+from mjxwalk.errors import RunError, near
+from mjxwalk.evolution import starting
+from mjxwalk.experiments.scaling import scaled
+from mjxwalk.runs import Config, files
+from mjxwalk.runs.start import Start
+from mjxwalk.runs.study import StudyConfig
+from mjxwalk.settings import override
+
+if TYPE_CHECKING:
+    from mjxwalk.cli.evolve import Evolve
+
+# Flags that stand for a setting of the experiment.
+SETTINGS = {
+    "generations": "generations",
+    "population": "population_size",
+    "terrains": "terrains_per_evaluation",
+    "roughness": "env.terrain.roughness",
+}
+
+
+def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
+    """Returns the settings of a run and what it starts from, None for zero.
+
+    Raises:
+      RunError: a setting is unknown or has a wrong value, or the run cannot start from what it
+        was told to.
+    """
+    experiment = _with_flags(asked, scaled(experiments.get(asked.experiment), asked.scale))
+    for path, value in _assignments(asked):
+        experiment = override(experiment, path, value)
+    if asked.links is not None:
+        experiment = override(experiment, "controller.links", _read_links(asked.links))
+    if asked.source is not None and experiment.start == "zero":
+        experiment = override(experiment, "start", "winner")
+    try:
+        experiment.make_strategy()  # checks the strategy's options
+        settings = Config(
+            experiment=experiment,
+            seed=asked.seed,
+            engine=asked.engine,
+            keep=asked.keep,
+            save_every=asked.save_every,
+        )
+    except (ValueError, TypeError) as error:
+        raise RunError(str(error)) from None
+    if experiment.start == "zero":
+        return settings, None
+    if asked.source is None:
+        raise RunError(
+            f"{experiment.name} starts from the {experiment.start} of another run; name it with "
+            "--from RUN"
+        )
+    given, origin = starting.prepare(experiment, asked.source)
+    return dataclasses.replace(settings, origin=origin), given
+
+
+def choose_study(asked: "Evolve") -> StudyConfig:
+    """Returns the settings of a study.
+
+    Raises:
+      RunError: a setting is unknown or has a wrong value.
+    """
+    study = experiments.get_study(asked.experiment).scaled(asked.scale)
+    phases = {name: _with_flags(asked, experiment) for name, experiment in study.phases}
+    for path, value in _assignments(asked):
+        name, _, rest = path.partition(".")
+        if name not in phases or not rest:
+            raise RunError(
+                f"--set of a study needs PHASE.PATH=VALUE, got {path}={value}{near(name, phases)}"
+            )
+        phases[name] = override(phases[name], rest, value)
+    if asked.links is not None:
+        phases = _with_links(asked, phases, _read_links(asked.links))
+    try:
+        for experiment in phases.values():
+            experiment.make_strategy()
+        return StudyConfig(
+            name=study.name,
+            phases=tuple(phases.items()),
+            seed=asked.seed,
+            engine=asked.engine,
+            keep=asked.keep,
+            save_every=asked.save_every,
+            scale=asked.scale,
+        )
+    except (ValueError, TypeError) as error:
+        raise RunError(str(error)) from None
+
+
+def _with_flags(asked: "Evolve", experiment: Any) -> Any:
+    for flag, path in SETTINGS.items():
+        value = getattr(asked, flag)
+        if value is not None:
+            experiment = override(experiment, path, str(value))
+    if asked.generations is not None:
+        experiment = override(experiment, "goal.trials", "0")
+    return experiment
+
+
+def _with_links(asked: "Evolve", phases: dict[str, Any], links: str) -> dict[str, Any]:
+    """Returns the phases with the links put in where there is a table of them already."""
+    with_table = {
+        name: override(experiment, "controller.links", links)
+        for name, experiment in phases.items()
+        if isinstance(experiment.controller.links, Mapping)
+    }
+    if not with_table:
+        raise RunError(f"no phase of {asked.experiment} takes its links from a table")
+    return phases | with_table
+
+
+def _assignments(asked: "Evolve") -> list[tuple[str, str]]:
+    pairs = [assignment.partition("=") for assignment in asked.set]
+    return [(path.strip(), value.strip()) for path, _, value in pairs]
+
+
+def _read_links(path: Path) -> str:
+    """Returns a table of links as JSON text.
+
+    Raises:
+      RunError: the file cannot be read, or is no such table.
+    """
+    try:
+        table = msgspec.json.decode(files.read(path), type=dict[str, list[str]])
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise RunError(
+            f"{path} must hold a table of inputs by network, such as "
+            f'{{"torso": ["inter-leg"]}}: {error}'
+        ) from None
+    return msgspec.json.encode(table).decode()

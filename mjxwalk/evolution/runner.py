@@ -1,0 +1,162 @@
+"""Runs and studies in their folders: settings, evaluator and manifest, to the end or a stop.
+
+What can be interrupted can be taken up again by its folder alone, to the same bits.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from mjxwalk import evaluation, tournament, walkers
+from mjxwalk.evolution import loop, starting
+from mjxwalk.progress import Progress
+from mjxwalk.runs import Config, RunError, config, folder, manifest, result
+from mjxwalk.runs import study as studies
+from mjxwalk.runs.start import Start
+from mjxwalk.runs.study import StudyConfig
+
+FEWEST_TERRAINS = 20  # ours: of a scaled-down study's tournament
+
+
+def begin(
+    path: Path,
+    settings: Config,
+    given: Start | None,
+    progress: Progress,
+    stopping: Callable[[], bool],
+) -> None:
+    """Takes a new run to its end.
+
+    Args:
+      path: of its folder, which is made.
+      settings: of the run.
+      given: what it starts from; None for zero.
+      progress: shows it.
+      stopping: whether to stop before the next generation.
+
+    Raises:
+      RunError: the folder is taken, there is no such engine, or a file cannot be written.
+      Interrupted: the user stopped it.
+    """
+    evaluator = _evaluator(settings, settings.engine)
+    folder.create(path, settings, given)
+    _go_on(path, settings, evaluator, progress, stopping)
+
+
+def resume(path: Path, progress: Progress, stopping: Callable[[], bool]) -> None:
+    """Takes a run that was stopped to its end, or says that it is finished.
+
+    Raises:
+      RunError: the folder holds no run, or it cannot go on.
+      Interrupted: the user stopped it.
+    """
+    settings = config.read(path)
+    finished = result.read(path)
+    if finished is not None:
+        progress.say(f"{path} is finished")
+        progress.finish(path, settings, finished)
+        return
+    evaluator = _evaluator(settings, manifest.engine(path, settings.engine))
+    _go_on(path, settings, evaluator, progress, stopping)
+
+
+def begin_study(
+    path: Path, study: StudyConfig, progress: Progress, stopping: Callable[[], bool]
+) -> None:
+    """Takes a new study through all of its phases.
+
+    Raises:
+      RunError: the folder is taken, there is no such engine, or a file cannot be written.
+      Interrupted: the user stopped it.
+    """
+    for number in range(len(study.phases)):
+        settings = study.run(number)
+        _evaluator(settings, settings.engine)  # refuses a wrong engine before anything is made
+    studies.create(path, study)
+    resume_study(path, progress, stopping)
+
+
+def resume_study(path: Path, progress: Progress, stopping: Callable[[], bool]) -> None:
+    """Takes a study through the phases that are left; after each there is a tournament.
+
+    Raises:
+      RunError: the folder holds no study, or it cannot go on.
+      Interrupted: the user stopped it.
+    """
+    study = studies.read(path)
+    with folder.locked(path):
+        for number, (name, _) in enumerate(study.phases):
+            place = study.folder(path, number)
+            is_begun = (place / config.FILE).exists()
+            if not is_begun or result.read(place) is None:
+                progress.say(f"phase {number + 1} of {len(study.phases)}: {name}")
+            if not is_begun:
+                settings, given = _start_phase(path, study, number)
+                begin(place, settings, given, progress, stopping)
+            elif result.read(place) is None:
+                resume(place, progress, stopping)
+            if tournament.read(place) is None:
+                hold_tournament(place, study, progress.say)
+    progress.say(f"{study.name} is finished, in {path}")
+
+
+def hold_tournament(place: Path, study: StudyConfig, say: Callable[[str], None]) -> None:
+    """Lets the last elites of a phase compete, and keeps the winner in its folder.
+
+    Raises:
+      RunError: the run cannot be read, or a file cannot be written.
+    """
+    entrants = walkers.find(place)
+    held = tournament.hold(
+        entrants,
+        engine=manifest.engine(place, study.engine),
+        seed=study.seed,
+        terrains=max(FEWEST_TERRAINS, round(study.scale * tournament.TERRAINS)),
+        say=say,
+    )
+    tournament.write(place, held, entrants.of_generation(held.winner_generation))
+
+
+def _start_phase(path: Path, study: StudyConfig, number: int) -> tuple[Config, Start | None]:
+    settings = study.run(number)
+    if settings.experiment.start == "zero":
+        return settings, None
+    before = study.folder(path, number - 1)
+    given, origin = starting.prepare(settings.experiment, before)
+    # A neighbour, so that the study's folder can be moved.
+    origin = dataclasses.replace(origin, source=f"../{before.name}")
+    return dataclasses.replace(settings, origin=origin), given
+
+
+def _evaluator(settings: Config, engine: str) -> Any:
+    try:
+        return evaluation.make_evaluator(settings.experiment, engine)
+    except ValueError as error:
+        raise RunError(str(error)) from None
+
+
+def _go_on(
+    path: Path,
+    settings: Config,
+    evaluator: Any,
+    progress: Progress,
+    stopping: Callable[[], bool],
+) -> None:
+    experiment = settings.experiment
+    make_finer = None
+    if experiment.goal.is_fine:
+        finer = experiment.finer(experiment.goal.fine_factor)
+        make_finer = functools.partial(evaluation.make_evaluator, finer, evaluator.engine)
+    with folder.locked(path):
+        if not (path / manifest.FILE).exists():
+            manifest.write(
+                path, engine=evaluator.engine, why=evaluator.why, devices=evaluator.devices
+            )
+        progress.start(path, settings, evaluator)
+        try:
+            outcome = loop.evolve(path, settings, evaluator, progress, stopping, make_finer)
+        finally:
+            progress.close()
+        progress.finish(path, settings, outcome)

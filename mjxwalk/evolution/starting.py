@@ -1,0 +1,92 @@
+"""What a run that does not start from zero starts from: taken from another run, and checked."""
+
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from mjxwalk import runs, walkers
+from mjxwalk.evolution.generation import Evolvable
+from mjxwalk.runs import RunError
+from mjxwalk.runs.config import Origin
+from mjxwalk.runs.start import Arrays, Start
+from mjxwalk.runs.trees import flatten, unflatten
+
+
+def prepare(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
+    """Returns what an experiment starts from, and where it comes from.
+
+    Args:
+      experiment: that starts from a winner or a population.
+      source: a run's folder; of a winner also `zoo:NAME`.
+
+    Raises:
+      RunError: there is no such source, it is damaged or has saved nothing yet, or it is of
+        another body, controller or strategy.
+    """
+    if experiment.start == "winner":
+        return _winner(experiment, source)
+    return _population(experiment, source)
+
+
+def _winner(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
+    walker = walkers.best(source)
+    _check_kind(experiment, walker.experiment, source)
+    genotype = flatten(walker.genotype)
+    try:
+        unflatten(experiment.template(), genotype)
+    except RunError as error:
+        raise RunError(_misfit(experiment, source, error)) from None
+    start = Start(genotype, {}, np.zeros(0, np.float32))
+    return start, Origin(source=str(source), generation=walker.generation)
+
+
+def _population(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
+    if str(source).startswith(walkers.ZOO):
+        raise RunError(
+            f"{source} is a single walker, and this experiment goes on with the whole population "
+            "of a run; name a run's folder"
+        )
+    run = runs.load(source)
+    for reason in run.damaged.values():
+        raise RunError(reason)
+    if run.generation == 0:
+        raise RunError(f"{source} has not saved a generation yet")
+    _check_kind(experiment, run.experiment(), source)
+    elites = run.part("elites")
+    start = Start({}, _innermost(run.strategy_state), elites["fitness"][elites["generation"] > 0])
+    strategy = experiment.make_strategy()
+
+    def begin(key: Any, template: Any) -> Any:
+        state = strategy.init(key, template)
+        return experiment.take_over(strategy, state, start.strategy, start.elite_fitness)
+
+    try:
+        jax.eval_shape(begin, jax.random.key(0), experiment.template())
+    except RunError as error:
+        raise RunError(_misfit(experiment, source, error)) from None
+    return start, Origin(source=str(source), generation=run.generation)
+
+
+def _innermost(arrays: Arrays) -> Arrays:
+    """Returns a strategy's own state without those of what wraps it."""
+    while any(name.startswith("inner.") for name in arrays):
+        inside = {name: array for name, array in arrays.items() if name.startswith("inner.")}
+        arrays = {name.removeprefix("inner."): array for name, array in inside.items()}
+    return arrays
+
+
+def _check_kind(experiment: Evolvable, other: Any, source: str | Path) -> None:
+    """Refuses weights of another kind of controller, whatever their shapes."""
+    ours, theirs = type(experiment.template()), type(other.template())
+    if ours is not theirs:
+        raise RunError(
+            f"{source} holds the weights of another controller ({theirs.__module__} has "
+            f"{theirs.__name__}, {ours.__module__} {ours.__name__}), so this experiment cannot "
+            "start from it"
+        )
+
+
+def _misfit(experiment: Evolvable, source: str | Path, error: RunError) -> str:
+    return f"this experiment ({experiment.start} as its start) cannot start from {source}: {error}"

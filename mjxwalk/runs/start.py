@@ -1,0 +1,60 @@
+"""What a run starts from, where that is not zero, as the file `start.npz` in its folder."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from mjxwalk.errors import RunError
+from mjxwalk.runs import files, result
+
+FILE = "start.npz"
+
+Arrays = dict[str, npt.NDArray[Any]]
+
+
+class Start(NamedTuple):
+    """A walker, or a whole population and what goes with it; arrays by name.
+
+    Attributes:
+      genotype: of the walker that generation 0 is drawn around; {} for a population.
+      strategy: state of the strategy that goes on; {} for a walker.
+      elite_fitness: of the last generations that the population has behind it, newest last.
+    """
+
+    genotype: Arrays
+    strategy: Arrays
+    elite_fitness: npt.NDArray[Any]
+
+
+def write(folder: Path, start: Start) -> None:
+    """Writes `start.npz`.
+
+    Raises:
+      RunError: it cannot be written, for example because the disk is full.
+    """
+    arrays: Arrays = {f"genotype.{name}": array for name, array in start.genotype.items()}
+    arrays |= {f"strategy.{name}": array for name, array in start.strategy.items()}
+    arrays["elite_fitness"] = start.elite_fitness
+    files.replace(folder / FILE, result.npz(arrays))
+
+
+def read(folder: Path) -> Start:
+    """Returns what the run in a folder starts from, the same bits that were written.
+
+    Raises:
+      RunError: the file is missing or damaged.
+    """
+    path = folder / FILE
+    if not path.exists():
+        raise RunError(f"{folder} lacks {FILE}, which its run starts from")
+    arrays = result.read_npz(path)
+    if "elite_fitness" not in arrays:
+        raise RunError(f"{path} is damaged (it has no elite_fitness)")
+
+    def part(prefix: str) -> Arrays:
+        named = {name: array for name, array in arrays.items() if name.startswith(prefix)}
+        return {name.removeprefix(prefix): array for name, array in named.items()}
+
+    return Start(part("genotype."), part("strategy."), np.asarray(arrays["elite_fitness"]))

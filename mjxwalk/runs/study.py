@@ -1,0 +1,155 @@
+"""A study on disk: a folder with `study.json` and one run's folder for each phase."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from mjxwalk import settings
+from mjxwalk.errors import RunError
+from mjxwalk.runs import config, files
+from mjxwalk.runs.config import Config
+
+FILE = "study.json"
+SCHEMA = 1  # of this file; raise it when a setting changes its meaning
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class StudyConfig:
+    """All that is needed to repeat a study.
+
+    Attributes:
+      name: of the study.
+      phases: name and experiment of each, first to last.
+      seed: of each phase, as in `Config`; likewise the next three.
+      engine: as asked for.
+      keep: newest checkpoints that stay of each phase.
+      save_every: generations from one checkpoint to the next.
+      scale: that the phases were scaled by; here it stands for the tournaments only.
+    """
+
+    name: str
+    phases: tuple[tuple[str, Any], ...]
+    seed: int = 0
+    engine: str = "auto"
+    keep: int | None = config.KEEP
+    save_every: int = 1
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        self.run(0)  # checks seed, keep and save_every
+
+    def run(self, number: int) -> Config:
+        """Returns the settings of a phase's run; phases are counted from 0."""
+        return Config(
+            experiment=self.phases[number][1],
+            seed=self.seed,
+            engine=self.engine,
+            keep=self.keep,
+            save_every=self.save_every,
+        )
+
+    def folder(self, path: Path, number: int) -> Path:
+        """Returns where a phase's run is in the study's folder; phases are counted from 0."""
+        return path / f"{number + 1}-{self.phases[number][0]}"
+
+
+class _Phase(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
+    name: str
+    experiment: dict[str, Any]
+
+
+class _File(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
+    schema: int
+    name: str
+    seed: int
+    engine: str
+    keep: int | None
+    save_every: int
+    scale: float
+    phases: list[_Phase]
+
+
+def is_study(path: Path) -> bool:
+    """Returns whether a folder holds a study."""
+    return (path / FILE).is_file()
+
+
+def check_free(path: Path) -> None:
+    """Returns if a study may start in a folder.
+
+    Raises:
+      RunError: it holds anything, or is no folder.
+    """
+    if is_study(path):
+        raise RunError(
+            f"{path} already holds a study; continue it with `mjxwalk resume {path}` or choose "
+            "another --out"
+        )
+    if path.exists() and (
+        not path.is_dir() or any(each.name != files.partial(FILE) for each in path.iterdir())
+    ):
+        raise RunError(f"{path} exists and is not an empty folder; choose another --out")
+
+
+def create(path: Path, study: StudyConfig) -> None:
+    """Makes a study's folder with its `study.json`.
+
+    Raises:
+      RunError: the folder is taken, cannot be made, or the settings would not read back.
+    """
+    check_free(path)
+    text = msgspec.json.encode(
+        _File(
+            schema=SCHEMA,
+            name=study.name,
+            seed=study.seed,
+            engine=study.engine,
+            keep=study.keep,
+            save_every=study.save_every,
+            scale=study.scale,
+            phases=[
+                _Phase(name=name, experiment=settings.to_data(experiment))
+                for name, experiment in study.phases
+            ],
+        )
+    )
+    if _from_file(msgspec.json.decode(text, type=_File)) != study:
+        raise RunError(f"study {study.name} has a setting that JSON cannot hold")
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"{path} could not be made: {files.describe(error)}") from error
+    files.replace(path / FILE, msgspec.json.format(text, indent=2) + b"\n")
+
+
+def read(path: Path) -> StudyConfig:
+    """Returns the settings of a study; they equal those that were written.
+
+    Raises:
+      RunError: the folder holds none, or a setting is unknown, missing or of a wrong type.
+    """
+    file = path / FILE
+    raw = files.read(file)
+    try:
+        schema = msgspec.json.decode(raw, type=dict[str, Any]).get("schema")
+        if isinstance(schema, int) and schema != SCHEMA:
+            raise RunError(f"{file} has version {schema} and this mjxwalk reads version {SCHEMA}")
+        return _from_file(msgspec.json.decode(raw, type=_File))
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise RunError(f"{file} cannot be read: {error}") from None
+    except (RunError, ValueError) as error:
+        raise RunError(f"{file}: {error}") from None
+
+
+def _from_file(file: _File) -> StudyConfig:
+    return StudyConfig(
+        name=file.name,
+        phases=tuple((p.name, config.experiment_of(p.experiment)) for p in file.phases),
+        seed=file.seed,
+        engine=file.engine,
+        keep=file.keep,
+        save_every=file.save_every,
+        scale=file.scale,
+    )
