@@ -118,6 +118,9 @@ class Flame:
       max_roll: likewise.
       max_yaw: likewise.
       max_flight_time: s without ground contact; beyond it the walker has fallen.
+      min_speed: the trial ends when the walker is farther behind one of this speed than
+        `max_lag`, m/s.
+      max_lag: see `min_speed`, m.
       torque_budget: the trial ends when `torque_cost` reaches it, N m s.
       max_time: the trial ends then, s.
     """
@@ -135,6 +138,8 @@ class Flame:
     max_roll: float = 0.7  # ours
     max_yaw: float = 1.2  # ours: who turns away from x does not come far
     max_flight_time: float = 0.01  # flight is a fall, section 2.4; ours: bounces are shorter
+    min_speed: float = 0.25  # ours: far below any gait; a walker that stands wins nothing by time
+    max_lag: float = 1.0  # ours: 4 s to set off
     torque_budget: float = 1_000.0  # section 3.5.1
     max_time: float = 60.0  # ours: standing still costs little torque
 
@@ -142,6 +147,7 @@ class Flame:
         checks.positive(self, "timestep", "min_hip_height", "max_pitch", "max_roll", "max_yaw")
         checks.positive(self, "torque_budget", "max_time")
         checks.not_negative(self, "ankle_roll_stiffness", "ankle_roll_damping", "max_flight_time")
+        checks.not_negative(self, "min_speed", "max_lag")
         if self.integrator not in ("implicit", "explicit"):
             raise ValueError(
                 f'integrator must be "implicit" or "explicit", got "{self.integrator}"'
@@ -325,4 +331,5 @@ class Flame:
         )
         spent = after.torque_cost >= self.torque_budget
         late = after.num_steps >= round(self.max_time / self.timestep)
-        return after._replace(fell=fell, diverged=~sound, done=fell | spent | late)
+        stalled = self.min_speed * self.timestep * after.num_steps - x > self.max_lag
+        return after._replace(fell=fell, diverged=~sound, done=fell | spent | late | stalled)

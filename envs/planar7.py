@@ -110,6 +110,9 @@ class Planar7:
       min_hip_height: over the ground below, m; under it the walker has fallen.
       max_pitch: of the upper body, rad; beyond it the walker has fallen.
       max_flight_time: s without ground contact; beyond it the walker has fallen.
+      min_speed: the trial ends when the walker is farther behind one of this speed than
+        `max_lag`, m/s.
+      max_lag: see `min_speed`, m.
       torque_budget: the trial ends when `torque_cost` reaches it, N m s.
       max_time: the trial ends then, s.
     """
@@ -127,13 +130,15 @@ class Planar7:
     min_hip_height: float = 0.78  # ours: the paper gives no rule; a lower one lets crouchers win
     max_pitch: float = 1.0  # ours: as above
     max_flight_time: float = 0.002  # flight is a fall, section 2.4; ours: bounces are shorter
+    min_speed: float = 0.25  # ours: far below any gait; a walker that stands wins nothing by time
+    max_lag: float = 1.0  # ours: 4 s to set off
     torque_budget: float = 28_000.0  # ours: the 3D budget scaled by weight and leg length, times 3
     max_time: float = 30.0  # ours: standing still costs little torque
 
     def __post_init__(self) -> None:
         checks.positive(self, "torso_mass", "thigh_mass", "shank_mass", "foot_mass", "timestep")
         checks.positive(self, "min_hip_height", "max_pitch", "torque_budget", "max_time")
-        checks.not_negative(self, "max_flight_time")
+        checks.not_negative(self, "max_flight_time", "min_speed", "max_lag")
         if self.integrator not in ("implicit", "explicit"):
             raise ValueError(
                 f'integrator must be "implicit" or "explicit", got "{self.integrator}"'
@@ -282,8 +287,9 @@ class Planar7:
         )
         spent = after.torque_cost >= self.torque_budget
         late = after.num_steps >= round(self.max_time / self.timestep)
+        stalled = self.min_speed * self.timestep * after.num_steps - after.qpos[0] > self.max_lag
         fell = fell | ~sound
-        return after._replace(fell=fell, diverged=~sound, done=fell | spent | late)
+        return after._replace(fell=fell, diverged=~sound, done=fell | spent | late | stalled)
 
 
 @functools.cache

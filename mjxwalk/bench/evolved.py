@@ -11,11 +11,9 @@ from mjxwalk.envs import Terrain
 from mjxwalk.evolution.generation import Evolution
 from mjxwalk.experiments.experiment import Experiment
 
-LAST = 10  # generations; ours: one population's time hangs on its one longest walker
-
 
 class Evolved:
-    """A contender: trials of the last populations of a short evolution, on new terrains.
+    """A contender: trials of all populations of a short evolution, on new terrains.
 
     Attributes:
       size: trials at once.
@@ -32,10 +30,10 @@ class Evolved:
         num = study.terrains_per_evaluation
         self.size = study.population_size * num
         self.lane_utilisation = 1.0
-        keys = jax.random.split(jax.random.key(1), LAST)
+        keys = jax.random.split(jax.random.key(1), generations)
         self._generations = [
             self._arguments(population, np.asarray(study.sample_terrains(key, num, generations)))
-            for population, key in zip(populations[-LAST:], keys, strict=False)
+            for population, key in zip(populations, keys, strict=True)
         ]
         self._mapped = lanes.vmap(study.rollout, (0, Terrain(None, 0)))  # type: ignore[arg-type]
 

@@ -11,7 +11,7 @@ import jax
 import mjxwalk
 from mjxwalk.bench import bodies, child, contenders, timing
 from mjxwalk.bench.bodies import Body
-from mjxwalk.bench.evolved import LAST, Evolved
+from mjxwalk.bench.evolved import Evolved
 from mjxwalk.bench.peak import Peak
 from mjxwalk.bench.results import (
     Arithmetic,
@@ -72,7 +72,7 @@ QUICK = Sizes(
     population=1024,
     seconds=0.15,
     repeats=5,
-    generations=40,
+    generations=20,
     populations=(64, 1024, 8192),
     shortest=500,
 )
@@ -171,7 +171,6 @@ def evolve(body: Body, sizes: Sizes) -> Evolution:
     timings = timing.in_turn(field, amounts, sizes.repeats)
     return Evolution(
         generations=sizes.generations,
-        timed_generations=min(sizes.generations, LAST),
         population=evolved.size,
         lane_utilisation=evolved.lane_utilisation,
         steps_per_s=timing.rate(timings["evolved"]),

@@ -53,8 +53,7 @@ class Evolution:
     """Trials of populations that evolve, where walkers fall at different times.
 
     Attributes:
-      generations: that they evolve for.
-      timed_generations: the last of these, whose trials are timed.
+      generations: that they evolve for; the trials of all are timed.
       population: trials at once.
       lane_utilisation: share of lane-steps that moved a walker.
       steps_per_s: of all walkers together.
@@ -62,7 +61,6 @@ class Evolution:
     """
 
     generations: int
-    timed_generations: int
     population: int
     lane_utilisation: float
     steps_per_s: float

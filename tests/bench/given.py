@@ -24,7 +24,6 @@ RESULTS = Results(
     compile_s=CompileSeconds(cold=2.5, warm=0.05),
     evolution=Evolution(
         generations=15,
-        timed_generations=10,
         population=640,
         lane_utilisation=0.95,
         steps_per_s=45e6,

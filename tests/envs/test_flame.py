@@ -244,8 +244,10 @@ def test_every_rule_of_a_trial_ends_it() -> None:
         after = run(env, state, actions(1))
         assert after.fell and after.done and not after.diverged
     spent = standing._replace(torque_cost=jnp.float32(env.torque_budget))
-    late = standing._replace(num_steps=jnp.int32(59_999))
-    for state in (spent, late):
+    late = standing._replace(num_steps=jnp.int32(59_999), qpos=standing.qpos.at[0].set(20.0))
+    # Four seconds for 0.25 m/s to be 1 m ahead.
+    stalled = standing._replace(num_steps=jnp.int32(4_400))
+    for state in (spent, late, stalled):
         after = run(env, state, actions(1))
         assert after.done and not after.fell
 

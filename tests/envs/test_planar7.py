@@ -175,7 +175,7 @@ def test_a_link_keeps_its_radius_of_gyration_when_its_mass_changes() -> None:
     np.testing.assert_allclose(heavy.inertia / heavy.mass, light.inertia / light.mass)
 
 
-def test_a_low_hip_a_pitched_torso_and_a_long_flight_are_falls() -> None:
+def test_a_low_hip_a_pitched_torso_and_a_long_flight_are_falls_and_a_standstill_is_an_end() -> None:
     env = Planar7(terrain=RandomWalk(roughness=0.0))
     step = jax.jit(env.step)
     standing = walker(env)
@@ -188,10 +188,14 @@ def test_a_low_hip_a_pitched_torso_and_a_long_flight_are_falls() -> None:
         after = step(state, nothing, FLAT)
         assert after.fell and after.done and not after.diverged
     spent = standing._replace(torque_cost=jnp.asarray(env.torque_budget))
-    late = standing._replace(num_steps=jnp.asarray(29_999))
-    for state in (spent, late):
+    late = standing._replace(num_steps=jnp.asarray(29_999), qpos=standing.qpos.at[0].set(20.0))
+    # Four seconds for 0.25 m/s to be 1 m ahead.
+    stalled = standing._replace(num_steps=jnp.asarray(4_001))
+    for state in (spent, late, stalled):
         after = step(state, nothing, FLAT)
         assert after.done and not after.fell
+    slow = standing._replace(num_steps=jnp.asarray(3_990))
+    assert not step(slow, nothing, FLAT).done
 
 
 @pytest.mark.parametrize("absurd", [np.nan, np.inf, 1e30])
