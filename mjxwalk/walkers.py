@@ -9,7 +9,7 @@ from jaxtyping import Int
 
 from mjxwalk import runs
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config
+from mjxwalk.runs import config, folder
 
 ZOO = "zoo:"  # prefix of a source
 
@@ -67,6 +67,25 @@ class Walker:
     generation: int
 
 
+def in_zoo(source: str | Path) -> bool:
+    """Returns whether a source is an entry of the zoo, there or not, and not a folder."""
+    return str(source).startswith(ZOO)
+
+
+def check(source: str | Path) -> None:
+    """Returns if there is such a source, whatever it holds; quick, as JAX is not imported.
+
+    Raises:
+      RunError: there is none.
+    """
+    if in_zoo(source):
+        from mjxwalk import zoo
+
+        zoo.check(str(source).removeprefix(ZOO))
+    else:
+        _check_run(Path(source))
+
+
 def find(source: str | Path) -> Walkers:
     """Returns the elites of a run's last generations, or the one walker of a zoo's entry.
 
@@ -78,7 +97,7 @@ def find(source: str | Path) -> Walkers:
     """
     import jax
 
-    if _in_zoo(source):
+    if in_zoo(source):
         walker = best(source)
         alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype)
         return Walkers(
@@ -114,7 +133,7 @@ def best(source: str | Path) -> Walker:
     Raises:
       RunError: there is no such source, it has no walker yet, or its files are damaged.
     """
-    if _in_zoo(source):
+    if in_zoo(source):
         from mjxwalk import zoo
 
         return zoo.load(str(source).removeprefix(ZOO))
@@ -138,8 +157,12 @@ def best(source: str | Path) -> Walker:
     )
 
 
-def _in_zoo(source: str | Path) -> bool:
-    return str(source).startswith(ZOO)
+def _check_run(path: Path) -> None:
+    if path.is_dir() and not (path / config.FILE).exists():
+        inside = sorted(str(each.parent) for each in path.glob(f"*/{config.FILE}"))
+        if inside:
+            raise RunError(f"{path} holds several runs; name one of {', '.join(inside)}")
+    folder.check_run(path)
 
 
 def _load(path: Path) -> runs.Run:
@@ -148,10 +171,7 @@ def _load(path: Path) -> runs.Run:
     Raises:
       RunError: it has none, or the folder is not a run's.
     """
-    if path.is_dir() and not (path / config.FILE).exists():
-        inside = sorted(str(each.parent) for each in path.glob(f"*/{config.FILE}"))
-        if inside:
-            raise RunError(f"{path} holds several runs; name one of {', '.join(inside)}")
+    _check_run(path)
     run = runs.load(path)
     if run.generation == 0:
         for reason in run.damaged.values():

@@ -1,4 +1,4 @@
-"""Shows the weights of a run's champion, by network and input."""
+"""Shows the weights of a run's best walker, by network and input."""
 
 import dataclasses
 import os
@@ -6,63 +6,53 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mjxwalk import cli, runs
-from mjxwalk.cli.parsing import RunFolder
+from mjxwalk import cli, runs, walkers
 from mjxwalk.runs.result import npz
+from mjxwalk.tournament.command import Source
+from mjxwalk.walkers import Walker
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Champion:
-    """Show the champion's weights, or the fittest's so far of a run that is not finished.
+    """Show the weights of the tournament's winner, else the champion's, else the fittest's so far.
 
     Attributes:
-      run_folder: the run's folder.
+      source: folder of a run, or a walker that ships with mjxwalk.
       out: also write the weights to this npz file, by leaf name.
     """
 
-    run_folder: RunFolder
+    source: Source
     out: Path | None = None
 
     def run(self) -> int:
         """Prints the table and returns the exit code.
 
         Raises:
-          RunError: there is no such run, or it has no generation yet.
+          RunError: there is no such source, or it has no walker yet.
         """
-        run = runs.load(self.run_folder)
-        arrays = run.champion or run.elite
-        if not arrays:
-            raise runs.RunError(f"{self.run_folder} has not saved a generation yet")
-        print(_headline(run))
-        for row in _table(run.experiment(), arrays):
+        walker = walkers.best(self.source)
+        print(f"{walker.rank} of {walker.name}, generation {walker.generation}")
+        for row in _table(walker):
             print("  ".join(row))
         if self.out is not None:
-            _write(self.out, arrays)
+            _write(self.out, walker.genotype)
         return 0
 
 
-def _headline(run: runs.Run) -> str:
-    if run.result is None:
-        return f"fittest of generation {run.generation} of a run that is not finished"
-    champion = run.result.champion
-    return (
-        f"champion of generation {champion.generation}: {champion.distance_m:.2f} m on average, "
-        f"falls in {champion.fall_rate:.0%} of {champion.terrains} trials"
-    )
-
-
-def _table(experiment: Any, arrays: dict[str, Any]) -> list[list[str]]:
+def _table(walker: Walker) -> list[list[str]]:
     rows = [
         [*labels, f"{value: .4f}"]
-        for *labels, value in experiment.weight_table(runs.unflatten(experiment.template(), arrays))
+        for *labels, value in walker.experiment.weight_table(walker.genotype)
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in rows]
 
 
-def _write(path: Path, arrays: dict[str, Any]) -> None:
+def _write(path: Path, genotype: Any) -> None:
+    from mjxwalk.runs.trees import flatten
+
     try:
-        path.write_bytes(npz(arrays))
+        path.write_bytes(npz(flatten(genotype)))
     except OSError as error:
         raise runs.RunError(f"{path} could not be written: {error.strerror}") from None
     print(path)

@@ -1,11 +1,12 @@
-"""Tries a run's champion under other time steps and integrators: does its gait hang on them?"""
+"""Tries a run's best walker under other time steps and integrators: does its gait hang on them?"""
 
 import dataclasses
 import sys
 from typing import Any
 
-from mjxwalk import cli, runs
-from mjxwalk.cli.parsing import RunFolder
+from mjxwalk import cli, walkers
+from mjxwalk.errors import RunError
+from mjxwalk.tournament.command import Source
 
 VARIANTS = (
     ("implicit", 0.001),
@@ -18,15 +19,15 @@ VARIANTS = (
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class CompareIntegrators:
-    """Compare the champion's trials under the implicit and the explicit integrator.
+    """Compare the best walker's trials under the implicit and the explicit integrator.
 
     Attributes:
-      run_folder: the run's folder.
+      source: folder of a run, or a walker that ships with mjxwalk.
       terrains: new terrains, the same for every integrator.
       seed: of the terrains.
     """
 
-    run_folder: RunFolder
+    source: Source
     terrains: int = 1000
     seed: int = 0
 
@@ -34,21 +35,17 @@ class CompareIntegrators:
         """Prints the table and returns the exit code.
 
         Raises:
-          RunError: there is no such run, or it has no generation yet.
+          RunError: there is no such source, or it has no walker yet.
         """
         if self.terrains < 1:
-            raise runs.RunError(f"--terrains must be at least 1, got {self.terrains}")
-        run = runs.load(self.run_folder)
-        arrays = run.champion or run.elite
-        if not arrays:
-            raise runs.RunError(f"{self.run_folder} has not saved a generation yet")
-        experiment = run.experiment()
-        genotype = runs.unflatten(experiment.template(), arrays)
+            raise RunError(f"--terrains must be at least 1, got {self.terrains}")
+        walker = walkers.best(self.source)
+        experiment = walker.experiment
         print("| integrator | step (ms) | distance (m) | falls | speed (m/s) | cost of transport |")
         print("| --- | --- | --- | --- | --- | --- |")
         for integrator, timestep in VARIANTS:
             env = dataclasses.replace(experiment.env, integrator=integrator, timestep=timestep)
-            figures = self._try(dataclasses.replace(experiment, env=env), genotype)
+            figures = self._try(dataclasses.replace(experiment, env=env), walker.genotype)
             print(f"| {integrator} | {1000 * timestep:g} | {figures} |", flush=True)
         return 0
 

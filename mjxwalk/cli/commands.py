@@ -33,7 +33,10 @@ class Entry(NamedTuple):
 COMMANDS: Mapping[str, Entry] = {
     "evolve": Entry("mjxwalk.cli.evolve", "Evolve", "evolve walkers, in a folder of their own"),
     "resume": Entry("mjxwalk.cli.evolve", "Resume", "go on with a run that did not end"),
-    "list": Entry("mjxwalk.cli.list", "List", "show the experiments, and the runs in a folder"),
+    "tournament": Entry(
+        "mjxwalk.tournament.command", "HoldTournament", "find the best walker of a run and try it"
+    ),
+    "list": Entry("mjxwalk.cli.list", "List", "show experiments, the zoo, and runs"),
     "doctor": Entry("mjxwalk.doctor", "Doctor", "show versions, devices, and what is missing"),
     "bench": Entry("mjxwalk.bench.command", "Bench", "measure how fast the engines are here"),
 }

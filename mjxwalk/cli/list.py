@@ -8,7 +8,7 @@ from mjxwalk import experiments
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class List:
-    """Show the experiments, and the runs in a folder.
+    """Show the experiments, the walkers that ship with mjxwalk, and the runs in a folder.
 
     Attributes:
       runs: folder with runs in it.
@@ -17,15 +17,28 @@ class List:
     runs: Path = Path("runs")
 
     def run(self) -> int:
-        """Prints two tables and returns the exit code."""
+        """Prints three tables and returns the exit code."""
         rows = [(name, summary) for name, summary in experiments.names().items()]
         print("Experiments")
         _print_table(rows)
+        print("\nZoo")
+        _print_table(_zoo())
         found = sorted(self.runs.iterdir()) if self.runs.is_dir() else []
         rows = [row for path in found if (row := _describe(path))]
         print(f"\nRuns in {self.runs}" if rows else f"\nNo runs in {self.runs}")
         _print_table(rows)
         return 0
+
+
+def _zoo() -> list[tuple[str, ...]]:
+    """Returns each walker's source and its figures."""
+    from mjxwalk import zoo
+    from mjxwalk.tournament import showing
+    from mjxwalk.walkers import ZOO
+
+    return [
+        (f"{ZOO}{name}", showing.figures(zoo.provenance(name).tournament)) for name in zoo.names()
+    ]
 
 
 def _describe(path: Path) -> tuple[str, ...] | None:

@@ -56,7 +56,7 @@ class Tournament(msgspec.Struct, frozen=True, kw_only=True):
       entrants: walkers that were compared.
       newest_generation: of the youngest entrant.
       winner_generation: in which the winner was the fittest.
-      screening_terrains: on which the entrants were compared.
+      screening_terrains: on which the entrants were compared; 0 where there was one only.
       seed: of all terrains and starts.
       engine: that ran the trials.
       roughness_m: step of the random terrain; None where the ground has no such setting.

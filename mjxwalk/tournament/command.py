@@ -1,0 +1,107 @@
+"""The command `mjxwalk tournament`."""
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+import tyro
+
+from mjxwalk.cli.parsing import OptionalFloat
+from mjxwalk.errors import RunError
+from mjxwalk.tournament import TERRAINS
+
+if TYPE_CHECKING:
+    from mjxwalk.tournament import Tournament
+    from mjxwalk.walkers import Walkers
+
+Source: TypeAlias = tyro.conf.Positional[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")]]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class HoldTournament:
+    """Find a run's best walker on new terrains, and try it on others, at other steps and starts.
+
+    The elites of the last generations compete. A run's folder gets tournament.json and winner.npz;
+    a walker of the zoo is only tried, and so is a run on ground that it did not evolve on.
+
+    Attributes:
+      source: folder of a run, finished or not, or a walker that ships with mjxwalk.
+      terrains: new terrains that the winner is tried on.
+      seed: of terrains and starts.
+      engine: what runs the trials; auto takes the fastest on this machine.
+      roughness: step of the random terrain, m.
+      json: file to write the figures to; an old one is replaced.
+    """
+
+    source: Source
+    terrains: int = TERRAINS
+    seed: int = 0
+    engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
+    roughness: OptionalFloat = None
+    json: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+
+    def run(self) -> int:
+        """Holds the tournament, shows and writes what came out, and returns the exit code.
+
+        Raises:
+          RunError: an argument is wrong, or there are no walkers.
+        """
+        self._check()
+        from mjxwalk import engines, tournament, walkers
+        from mjxwalk.tournament import showing
+
+        engines.prepare()
+        entrants = walkers.find(self.source)
+        changed = self._on_ground(entrants)
+        try:
+            held = tournament.hold(
+                changed, engine=self.engine, seed=self.seed, terrains=self.terrains, say=_say
+            )
+        except ValueError as error:
+            raise RunError(str(error)) from None
+        showing.show(held, self.source)
+        elsewhere = changed.experiment != entrants.experiment
+        self._write(held, entrants, elsewhere=elsewhere)
+        return 0
+
+    def _check(self) -> None:
+        """Finds wrong arguments that can be found without the second that importing JAX takes."""
+        from mjxwalk import walkers
+        from mjxwalk.bench.command import check_writable
+
+        if self.terrains < 1:
+            raise RunError(f"--terrains must be at least 1, got {self.terrains}")
+        if not 0 <= self.seed < 2**32:
+            raise RunError(f"--seed must be from 0 to {2**32 - 1}, got {self.seed}")
+        walkers.check(self.source)
+        if self.json is not None:
+            check_writable(self.json)
+
+    def _on_ground(self, entrants: "Walkers") -> "Walkers":
+        if self.roughness is None:
+            return entrants
+        from mjxwalk.settings import override
+
+        experiment = override(entrants.experiment, "env.terrain.roughness", str(self.roughness))
+        return dataclasses.replace(entrants, experiment=experiment)
+
+    def _write(self, held: "Tournament", entrants: "Walkers", *, elsewhere: bool) -> None:
+        from mjxwalk import tournament, walkers
+        from mjxwalk.runs import files
+        from mjxwalk.tournament import results
+
+        if self.json is not None:
+            files.replace(self.json, results.as_json(held))
+            _say(f"wrote {self.json}")
+        if walkers.in_zoo(self.source):
+            return
+        if elsewhere:
+            _say(f"{self.source} is left as it is: it evolved on ground of another roughness")
+            return
+        winner = entrants.of_generation(held.winner_generation)
+        tournament.write(Path(self.source), held, winner)
+        _say(f"wrote {results.FILE} and {results.WINNER_FILE} in {self.source}")
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)

@@ -1,0 +1,89 @@
+"""Trials that start in another state than those of the evolution: pushed, swinging, legs astride.
+
+A walker that only repeats a start by heart falls. What is drawn for a trial lies at the end of its
+terrain's row, where the ground does not look: so every engine hands it to the walker unchanged.
+"""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, PRNGKeyArray
+
+from mjxwalk.envs import Planar7, State, Terrain
+from mjxwalk.envs.planar7 import LEG_LENGTH, SOLE_DEPTH
+
+DRAWS = 7  # for each trial, one for each number that is perturbed
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Perturbation:
+    """How far a start may be from the usual one, to either side; all between is equally likely.
+
+    Attributes:
+      hip_angle: of both legs from the vertical, rad.
+      push: of the hip, forward or back; the legs turn about the feet with it, m/s.
+      pitch_rate: of the upper body, rad/s.
+      knee_rate: of each knee, rad/s.
+      ankle_rate: of each ankle, rad/s.
+    """
+
+    hip_angle: float = 0.05  # ours: a third of the usual, so that the first step is that much off
+    push: float = 0.2  # ours: 14 N s for a body of 70 kg, a nudge
+    pitch_rate: float = 0.3  # ours: as fast as the upper body sways in a good gait
+    knee_rate: float = 1.0  # ours: a tenth of a swing knee's fastest
+    ankle_rate: float = 0.5  # ours: a foot that tilts by a degree in the time of a reaction
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class PerturbedPlanar7(Planar7):
+    """The planar walker, whose trials start where the draws behind its terrain put it.
+
+    Attributes:
+      perturbation: how far from the usual start.
+    """
+
+    perturbation: Perturbation = Perturbation()
+
+    def reset(self, terrain: Terrain) -> State:
+        """Returns a walker that moves already, soles level on the ground."""
+        first = terrain.heights.shape[1] - DRAWS
+        draws = jax.lax.dynamic_slice(terrain.heights, (terrain.row, first), (1, DRAWS))[0]
+        return self.perturb(super().reset(terrain), draws)
+
+    def perturb(self, state: State, draws: Float[Array, " draw"]) -> State:
+        """Returns a start of the usual kind as the draws, from -1 to 1, change it."""
+        most, usual = self.perturbation, self.start_hip_angle
+        hip = usual + most.hip_angle * draws[0]
+        rise = (LEG_LENGTH - SOLE_DEPTH) * (jnp.cos(hip) - np.float32(np.cos(usual)))
+        ahead = (LEG_LENGTH - SOLE_DEPTH) * jnp.sin(hip)
+        nothing = jnp.zeros(())
+        root = (state.qpos[0], state.qpos[1] + rise, state.qpos[2])
+        push, pitch_rate = most.push * draws[1], most.pitch_rate * draws[2]
+        # Feet that both left the ground would be a fall by the rules, and none of the walker's.
+        leg_rate = push / LEG_LENGTH
+        rates = [push, nothing, pitch_rate]
+        for leg in range(2):
+            knee = most.knee_rate * draws[3 + leg]
+            ankle = leg_rate + knee + most.ankle_rate * draws[5 + leg]
+            rates += [pitch_rate - leg_rate, knee, ankle]
+        return state._replace(
+            qpos=jnp.stack([*root, hip, nothing, -hip, -hip, nothing, hip]),
+            qvel=jnp.stack(rates),
+            ankle_x=jnp.stack([ahead, -ahead]),
+        )
+
+
+def perturbed(env: Planar7) -> PerturbedPlanar7:
+    """Returns the same body and rules with perturbed starts."""
+    fields = dataclasses.fields(Planar7)
+    return PerturbedPlanar7(**{field.name: getattr(env, field.name) for field in fields})
+
+
+def with_draws(
+    key: PRNGKeyArray, heights: Float[Array, "terrain node"]
+) -> Float[Array, "terrain longer"]:
+    """Returns the terrains, each with the draws of its trial's start behind its last node."""
+    draws = jax.random.uniform(key, (heights.shape[0], DRAWS), minval=-1.0, maxval=1.0)
+    return jnp.concatenate([heights, draws], axis=1)

@@ -1,0 +1,70 @@
+"""Makes an entry of the zoo from a run and its tournament."""
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import mjxwalk
+from mjxwalk import experiments, runs, settings, walkers
+from mjxwalk.errors import RunError
+from mjxwalk.runs.trees import flatten
+from mjxwalk.tournament import results
+from mjxwalk.zoo import entries
+from mjxwalk.zoo.entries import Provenance
+
+
+def ship(path: Path, name: str, zoo: Path, *, command: str | None = None) -> Provenance:
+    """Writes the winner of a run's tournament into a zoo.
+
+    Args:
+      path: the run's folder.
+      name: of the entry; an old one is replaced.
+      zoo: folder of the entries.
+      command: that made the run; None for what its settings tell.
+
+    Raises:
+      RunError: no tournament was held since the run's last generation, what the run started from
+        is not known, the name is no file's, or the files cannot be written.
+    """
+    if not name or not all(part.isalnum() for part in name.split("-")):
+        raise RunError(f"a walker's name is letters, digits and hyphens, got {name!r}")
+    walker = walkers.best(path)
+    held = results.read(path)
+    if held is None or walker.rank != "winner":
+        raise RunError(f"{path} has no winner; hold a tournament: mjxwalk tournament {path}")
+    run = runs.load(path)
+    provenance = Provenance(
+        schema=entries.SCHEMA,
+        experiment=settings.to_data(walker.experiment),
+        seed=run.config["seed"],
+        generation=walker.generation,
+        engine=run.manifest.get("engine", run.config["engine"]),
+        mjxwalk=run.manifest.get("mjxwalk", mjxwalk.__version__),
+        commit=run.manifest.get("commit"),
+        command=command or _command(run, walker.experiment),
+        tournament=held,
+    )
+    entries.write(zoo, name, provenance, flatten(walker.genotype))
+    return provenance
+
+
+def _command(run: runs.Run, experiment: Any) -> str:
+    """Returns the command that repeats a run, as far as its settings tell."""
+    words = ["mjxwalk", "evolve", experiment.name, "--seed", str(run.config["seed"])]
+    origin = run.config.get("origin")
+    if origin is not None:
+        words += ["--from", str(origin["source"])]
+    usual = settings.to_data(experiments.get(experiment.name))
+    for path, value in _differences(usual, settings.to_data(experiment), ""):
+        words += ["--set", f"{path}={value if isinstance(value, str) else json.dumps(value)}"]
+    return shlex.join(words)
+
+
+def _differences(usual: Any, data: Any, path: str) -> list[tuple[str, Any]]:
+    if isinstance(usual, dict) and isinstance(data, dict):
+        found: list[tuple[str, Any]] = []
+        for name, value in data.items():
+            found += _differences(usual.get(name), value, f"{path}.{name}" if path else name)
+        return found
+    return [] if data == usual else [(path, data)]
