@@ -49,16 +49,19 @@ def test_one_step_from_random_states_agrees_with_jax_to_rounding() -> None:
 
 @pytest.mark.slow
 def test_a_thousand_outcomes_are_distributed_as_those_of_jax() -> None:
-    """Contact is chaotic: a walker may differ, their quantiles do not."""
+    """Contact is chaotic: a walker may differ, but below any level there are as many of them.
+
+    Within 2 %: the distance of Kolmogorov and Smirnov, which two independent samples of that size
+    exceed 49 times in 50, so an engine that changed the outcomes would be seen.
+    """
     args = (weights(1_000, 0.3), terrain(1_000))
     got = engine()(*args)
     want = jax.jit(jax.vmap(functools.partial(rollout, ENV, CONTROLLER), AXES))(*args)
     for name in ("distance", "duration", "torque_cost"):
-        ours, theirs = np.asarray(getattr(got, name)), np.asarray(getattr(want, name))
-        levels = np.linspace(0.02, 0.98, 25)
-        spread = np.quantile(theirs, 0.9) - np.quantile(theirs, 0.1)
-        error = np.abs(np.quantile(ours, levels) - np.quantile(theirs, levels)) / spread
-        assert error.max() < 0.02, name
+        ours, theirs = np.sort(getattr(got, name)), np.sort(getattr(want, name))
+        levels = np.concatenate([ours, theirs])
+        shares = [np.searchsorted(found, levels, side="right") / 1_000 for found in (ours, theirs)]
+        assert np.abs(shares[0] - shares[1]).max() < 0.02, name
     assert abs(got.fell.mean() - np.asarray(want.fell).mean()) < 0.01
 
 
