@@ -1,5 +1,7 @@
-"""Walks one walker again and records what happens, frame by frame."""
+"""Walks walkers again and records what happens, frame by frame."""
 
+import functools
+import math
 from typing import Any, NamedTuple
 
 import jax
@@ -7,60 +9,139 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mjxwalk.controllers import LinearReactive
-from mjxwalk.envs import Planar7, State, Terrain
-from mjxwalk.rollout import Walk, advance, start
+from mjxwalk import engines
+from mjxwalk.engines import lanes, mjx
+from mjxwalk.envs import Planar7
+from mjxwalk.rollout import Controller, Environment, Walk, advance, start
 
 
 class Recording(NamedTuple):
-    """A trial at a fixed frame rate; numpy arrays.
+    """Trials at a fixed frame rate; numpy arrays.
+
+    Frames after the end of a walker's trial repeat its last state, time included.
 
     Attributes:
-      time: s.
-      qpos: hip x and z (m), pitch and joints (rad).
-      touching: heel and toe of the left, then of the right foot.
-      done: whether the trial had ended; frames after it repeat its last state.
+      time: since the start of the trial, s.
+      done: whether the trial had ended.
+      states: the environment's, leaves [frame, walker, ...].
     """
 
-    time: Float[np.ndarray, " frame"]
-    qpos: Float[np.ndarray, "frame 9"]
-    touching: Bool[np.ndarray, "frame 4"]
-    done: Bool[np.ndarray, " frame"]
+    time: Float[np.ndarray, "frame walker"]
+    done: Bool[np.ndarray, "frame walker"]
+    states: Any
 
 
 def record(
-    env: Planar7,
-    controller: LinearReactive,
-    genotype: Any,
-    terrain: Terrain,
+    env: Environment,
+    controller: Controller,
+    genotypes: Any,
+    terrain: Any,
     *,
     duration: float,
-    frames_per_second: float = 50.0,
+    frames_per_second: float = 100.0,
+    engine: str = "auto",
 ) -> Recording:
-    """Returns the first `duration` seconds of a walker's trial."""
-    steps_per_frame = round(1.0 / (frames_per_second * env.timestep))
-    num_frames = round(duration * frames_per_second)
+    """Returns the first `duration` seconds of many walkers' trials, the start included.
 
-    def step(_: Any, walk: Walk) -> Walk:
-        after = advance(env, controller, genotype, terrain, walk)
-        ended = walk.state.done
-        return jax.tree.map(lambda old, new: jnp.where(ended, old, new), walk, after)
+    The recording ends earlier if all trials do. What is compiled is a number of steps, not a
+    recording, so that it serves every duration and frame rate.
 
-    def frame(walk: Walk, _: None) -> tuple[Walk, State]:
-        return jax.lax.fori_loop(0, steps_per_frame, step, walk), walk.state
+    Args:
+      env: body, ground and rules of the trials.
+      controller: what the genotypes become.
+      genotypes: leaves [walker, ...].
+      terrain: of the environment's type: a table of heights, m, and each walker's row of it.
+      duration: s.
+      frames_per_second: in the trials' time; frames fall on whole steps of the physics.
+      engine: as `mjxwalk.engines.choose` knows it.
 
-    @jax.jit
-    def run(walk: Walk) -> State:
-        return jax.lax.scan(frame, walk, length=num_frames)[1]
+    Raises:
+      ValueError: there is no such engine, the frame rate is not above zero or exceeds the physics'
+        own, or the duration is below a frame.
+    """
+    steps = _steps_per_frame(env, duration, frames_per_second)
+    num_frames = 1 + round(duration / (steps * env.timestep))
+    terrain = _laid_out(terrain)
+    begin, proceed = _compiled(env, controller, type(terrain), engines.choose(engine).name)
+    genotypes = jax.tree.map(np.asarray, genotypes)
 
-    states = jax.tree.map(np.asarray, run(start(env, controller, genotype, terrain)))
-    time = np.asarray(states.num_steps * env.timestep, np.float32)
-    return Recording(time, states.qpos, states.touching, states.done)
+    # A call costs a thousandth of a second, however many walkers it moves and however short. So
+    # walk to every 80th frame first, say, and then from all of these at once to those between.
+    stride = math.isqrt(num_frames)
+    posts = [begin(genotypes, terrain)]
+    while stride * len(posts) < num_frames and not np.all(posts[-1].state.done):
+        posts.append(proceed(posts[-1], genotypes, terrain, np.int32(stride * steps)))
+    num_posts = len(posts)
+    walks: Any = jax.tree.map(lambda *leaves: np.concatenate(leaves), *posts)
+    rows = np.tile(terrain.row, num_posts)
+    repeated = jax.tree.map(lambda leaf: np.concatenate([leaf] * num_posts), genotypes)
+    frames = [walks.state]
+    for _ in range(stride - 1):
+        walks = proceed(walks, repeated, terrain._replace(row=rows), np.int32(steps))
+        frames.append(walks.state)
+
+    states: Any = jax.tree.map(lambda *leaves: _in_order(leaves, num_posts, num_frames), *frames)
+    ended = np.flatnonzero(states.done.all(axis=1))
+    if ended.size:
+        states = jax.tree.map(lambda leaf: leaf[: ended[0] + 1], states)
+    return Recording((states.num_steps * env.timestep).astype(np.float32), states.done, states)
 
 
-def skeleton(env: Planar7, recording: Recording) -> Float[np.ndarray, "frame leg point 2"]:
-    """Returns x and z of shoulder, hip, knee, ankle, heel, toe and ankle again, for each leg, m."""
-    qpos = recording.qpos
+@functools.lru_cache(maxsize=8)
+def _compiled(
+    env: Environment, controller: Controller, terrain_type: Any, engine: str
+) -> tuple[Any, Any]:
+    """Returns, for many walkers, how a trial starts and how it goes on for a number of steps."""
+
+    def begin(genotype: Any, ground: Any) -> Walk:
+        return start(env, controller, genotype, ground)
+
+    def proceed(walk: Walk, genotype: Any, ground: Any, steps: Any) -> Walk:
+        def walking(at: tuple[Any, Walk]) -> Any:
+            return (at[0] < steps) & ~at[1].state.done
+
+        def step(at: tuple[Any, Walk]) -> tuple[Any, Walk]:
+            return at[0] + 1, advance(env, controller, genotype, ground, at[1])
+
+        return jax.lax.while_loop(walking, step, (jnp.zeros((), jnp.int32), walk))[1]
+
+    vmap: Any = {"lanes": lanes.vmap, "lanes-xla": lanes.xla_vmap, "mjx": mjx.vmap}[engine]
+    ground = terrain_type(heights=None, row=0)
+    return vmap(begin, (0, ground)), vmap(proceed, (0, 0, ground, None))
+
+
+def _in_order(leaves: tuple[Any, ...], num_posts: int, num_frames: int) -> Any:
+    """Returns frames [post and walker, ...] as one array [frame, walker, ...]."""
+    frames = np.stack([np.asarray(leaf) for leaf in leaves])
+    between, _, *shape = frames.shape
+    frames = frames.reshape(between, num_posts, -1, *shape).swapaxes(0, 1)
+    return frames.reshape(between * num_posts, -1, *shape)[:num_frames]
+
+
+def _steps_per_frame(env: Environment, duration: float, frames_per_second: float) -> int:
+    if not 0.0 < frames_per_second <= 1.001 / env.timestep:
+        raise ValueError(
+            f"frames_per_second must be above 0 and at most {1.0 / env.timestep:g}, one a step, "
+            f"got {frames_per_second}"
+        )
+    if not duration * frames_per_second >= 0.999:
+        raise ValueError(f"duration must be a frame at least, got {duration} s")
+    return max(1, round(1.0 / (frames_per_second * env.timestep)))
+
+
+def _laid_out(terrain: Any) -> Any:
+    """Returns terrain whose table is filled up to a power of two, since engines compile for it."""
+    heights = np.asarray(terrain.heights)
+    missing = (1 << (len(heights) - 1).bit_length()) - len(heights)
+    filled = np.concatenate([heights, np.repeat(heights[:1], missing, axis=0)])
+    return terrain._replace(heights=filled, row=np.asarray(terrain.row))
+
+
+def skeleton(env: Planar7, qpos: Float[np.ndarray, "frame 9"]) -> Float[np.ndarray, "frame 2 7 2"]:
+    """Returns where the planar body's joints are, in one walker's frames.
+
+    For each leg, x and z of shoulder, hip, knee, ankle, heel, toe and ankle again, m.
+    """
     model = env.model.mujoco
     shoulder = 2 * model.body("torso").ipos[2]  # the head and arms reach as far above the centre
     legs = []

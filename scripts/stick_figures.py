@@ -58,7 +58,6 @@ class StickFigures:
 
     def _draw(self, experiment: Any, genotype: Any) -> None:
         import jax
-        import jax.numpy as jnp
         from matplotlib.figure import Figure
 
         from mjxwalk import engines, replay
@@ -67,17 +66,17 @@ class StickFigures:
         engines.prepare()
         env = experiment.env
         heights = experiment.sample_terrains(jax.random.key(self.terrain_seed), 1, 0)
-        terrain = Terrain(heights, jnp.zeros((), jnp.int32))
+        terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
         recording = replay.record(
             env,
             experiment.controller,
-            genotype,
+            jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype),
             terrain,
             duration=self.start + self.duration,
             frames_per_second=1.0 / self.interval,
         )
-        walking = (recording.time >= self.start) & ~recording.done
-        figures = replay.skeleton(env, recording)[walking]
+        walking = (recording.time[:, 0] >= self.start) & ~recording.done[:, 0]
+        figures = replay.skeleton(env, recording.states.qpos[:, 0])[walking]
         if not len(figures):
             raise runs.RunError(f"the walker's trial is over before {self.start} s")
         left, right = figures[..., 0].min() - 0.2, figures[..., 0].max() + 0.2

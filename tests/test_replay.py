@@ -1,0 +1,132 @@
+"""Tests of the recorder."""
+
+import dataclasses
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+
+from mjxwalk import experiments, replay
+from mjxwalk.bench.spatial import Held
+from mjxwalk.engines import lanes
+from mjxwalk.envs import Surface, Terrain
+
+LPD = experiments.get("planar-lpd")
+NUM_WALKERS, NUM_TERRAINS = 5, 3
+GROUND: Any = Terrain(None, 0)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def genotypes() -> Any:
+    keys = iter(jax.random.split(jax.random.key(0), 3))
+    return jax.tree.map(
+        lambda leaf: np.asarray(0.3 * jax.random.normal(next(keys), (NUM_WALKERS, *leaf.shape))),
+        LPD.template(),
+    )
+
+
+@pytest.fixture(scope="module")
+def terrain() -> Any:
+    heights = np.asarray(LPD.sample_terrains(jax.random.key(1), NUM_TERRAINS, 0))
+    return Terrain(heights, np.array([0, 1, 2, 0, 1], np.int32))  # type: ignore[arg-type]
+
+
+def record(genotypes: Any, terrain: Any, **options: Any) -> replay.Recording:
+    return replay.record(LPD.env, LPD.controller, genotypes, terrain, **options)
+
+
+@pytest.mark.slow
+def test_last_frame_is_the_outcome_of_the_rollout(genotypes: Any, terrain: Any) -> None:
+    recording = record(genotypes, terrain, duration=LPD.env.max_time)
+    outcome = lanes.vmap(LPD.rollout, (0, GROUND))(genotypes, terrain)
+    assert recording.done[-1].all() and not recording.done[-2].all()
+    # The same operations, but LLVM may round sums otherwise in another function.
+    np.testing.assert_allclose(recording.states.qpos[-1, :, 0], outcome.distance, atol=1e-3)
+    np.testing.assert_allclose(recording.time[-1], outcome.duration, atol=2e-3)
+    np.testing.assert_array_equal(recording.states.fell[-1], outcome.fell)
+
+
+def test_frames_lie_a_frame_apart_until_the_end_and_then_repeat(
+    genotypes: Any, terrain: Any
+) -> None:
+    recording = record(genotypes, terrain, duration=1.5, frames_per_second=50.0)
+    for walker in range(NUM_WALKERS):
+        going = ~recording.done[:, walker]
+        expected = 0.02 * np.arange(going.sum())
+        np.testing.assert_allclose(recording.time[going, walker], expected, atol=1e-5)
+        after = recording.states.qpos[~going, walker]
+        np.testing.assert_array_equal(after, np.repeat(after[:1], len(after), 0))
+    np.testing.assert_array_equal(recording.done, np.sort(recording.done, axis=0))
+
+
+def test_frames_are_the_same_at_every_rate_and_duration(genotypes: Any, terrain: Any) -> None:
+    often = record(genotypes, terrain, duration=0.3, frames_per_second=100.0)
+    seldom = record(genotypes, terrain, duration=0.24, frames_per_second=25.0)
+    assert len(often.time) == 31 and len(seldom.time) == 7
+    jax.tree.map(np.testing.assert_array_equal, seldom.states, jax.tree.map(
+        lambda leaf: leaf[:25:4], often.states
+    ))  # fmt: skip
+
+
+def test_a_walker_alone_walks_as_among_others(genotypes: Any, terrain: Any) -> None:
+    together = record(genotypes, terrain, duration=0.3)
+    alone = record(
+        jax.tree.map(lambda leaf: leaf[3:4], genotypes),
+        terrain._replace(row=terrain.row[3:4]),
+        duration=0.3,
+    )
+    np.testing.assert_array_equal(
+        alone.states.qpos[:, 0], together.states.qpos[: len(alone.time), 3]
+    )
+
+
+@pytest.mark.slow
+def test_engines_agree(genotypes: Any, terrain: Any) -> None:
+    ours = record(genotypes, terrain, duration=0.1, engine="lanes")
+    reference = record(genotypes, terrain, duration=0.1, engine="mjx")
+    # A tenth of a second is not yet chaos.
+    np.testing.assert_allclose(ours.states.qpos, reference.states.qpos, atol=1e-4)
+
+
+@pytest.mark.slow
+def test_the_spatial_body_is_recorded_too() -> None:
+    held = Held()
+    heights = np.asarray(held.sample_terrains(jax.random.key(0), 1, 0))
+    ground: Any = Surface(heights, np.zeros(2, np.int32))  # type: ignore[arg-type]
+    recording = replay.record(
+        held.env, held.controller, np.zeros((2, 7, 27), np.float32), ground, duration=0.05
+    )
+    assert recording.states.qpos.shape == (6, 2, 15)
+    outcome = lanes.vmap(
+        dataclasses.replace(held, env=dataclasses.replace(held.env, max_time=0.05)).rollout,
+        (0, Surface(None, 0)),  # type: ignore[arg-type]
+    )(np.zeros((2, 7, 27), np.float32), ground)
+    np.testing.assert_allclose(recording.states.qpos[-1, :, 0], outcome.distance, atol=1e-5)
+
+
+def test_skeleton_of_a_body_that_stands_straight_is_a_column() -> None:
+    qpos = np.zeros((2, 9))
+    qpos[:, 1] = 0.9275
+    figures = replay.skeleton(LPD.env, qpos)
+    assert figures.shape == (2, 2, 7, 2)
+    np.testing.assert_allclose(figures[:, :, :4, 0], 0.0, atol=1e-12)
+    # papers: thigh 0.429 m, shank 0.4305 m, ankle 0.068 m over the sole
+    np.testing.assert_allclose(figures[0, 0, 1:4, 1], [0.9275, 0.4985, 0.068], atol=1e-9)
+    np.testing.assert_allclose(figures[0, 0, 4:6, 1], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"frames_per_second": 0.0}, "frames_per_second must be above 0 and at most 1000"),
+        ({"frames_per_second": 5000.0}, "frames_per_second must be above 0 and at most 1000"),
+        ({"duration": 0.0}, "duration must be a frame at least, got 0.0"),
+        ({"engine": "magic"}, "engine must be one of"),
+    ],
+)
+def test_bad_settings_are_named(
+    options: dict[str, Any], message: str, genotypes: Any, terrain: Any
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        record(genotypes, terrain, **({"duration": 0.1} | options))
