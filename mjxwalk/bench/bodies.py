@@ -14,10 +14,6 @@ from mjxwalk.bench.spatial import Held
 from mjxwalk.envs import Surface, Terrain
 
 WEIGHT_SIGMA = 0.3  # ours: as wide as the experiment's first generation
-# With jaxlib 0.10.2, Cholesky factorisations of larger batches on several CPU devices wait for
-# each other for ever: each holds a thread of XLA's pool and hands its parts to the same pool. Two
-# devices finish 256 matrices of 15 x 15 and hang with 512.
-MJX_PART = 256
 SAME_WORK = (
     "same work: every walker takes the same number of steps; the rules of a trial are computed "
     "but end nobody"
@@ -31,14 +27,12 @@ class Body(NamedTuple):
       study: makes the experiment, or what stands in for one, with the body and its controller.
       ground: what its walkers stand on, from heights and rows.
       controller: in words.
-      mjx_part: how many walkers mjx takes at once on CPUs; None for all.
       slow: whether XLA compiles it for so long that a quick bench has to leave mjx out.
     """
 
     study: Callable[[], Any]
     ground: Callable[[Any, Any], Any]
     controller: str
-    mjx_part: int | None = None
     slow: bool = False
 
 
@@ -53,7 +47,6 @@ BODIES: Mapping[str, Body] = {  # by the name in the results
         Surface,
         "the bench's own, no study's: each motor held by spring and damper at a weighted sum of "
         "27 senses, without memory, weights at random; ground of r = 0.002 m",
-        mjx_part=MJX_PART,
         slow=True,
     ),
 }

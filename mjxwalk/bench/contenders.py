@@ -35,21 +35,6 @@ class Engine:
         return int(np.asarray(walked.steps).sum(dtype=np.int64))
 
 
-class InParts:
-    """An engine that takes a population's walkers a part at a time, one part after the other."""
-
-    def __init__(self, vmap: Callable[..., Any], population: Walkers, part: int) -> None:
-        size = len(population.terrain.row)
-        self._engine = Engine(vmap, _first(population, min(part, size)))
-        self._turns, rest = divmod(size, min(part, size))
-        if rest:
-            raise ValueError(f"part must divide the population of {size}, got {part}")
-
-    def __call__(self, steps_per_walker: int) -> int:
-        """Takes the steps and returns how many all walkers took together."""
-        return sum(self._engine(steps_per_walker) for _ in range(self._turns))
-
-
 class MujocoRollout:
     """C MuJoCo's `mujoco.rollout`: the same model, no controller, zero controls."""
 
@@ -86,24 +71,14 @@ def make(
       without: names of contenders to leave out.
     """
     population = walkers(body, size)
-    part = body.mjx_part if jax.default_backend() == "cpu" else None
     field: dict[str, Callable[[], Any]] = {
         "lanes": lambda: Engine(lanes.vmap, population),
         "lanes_xla": lambda: Engine(lanes.xla_vmap, population),
-        "mjx": lambda: InParts(mjx.vmap, population, part or size),
+        "mjx": lambda: Engine(mjx.vmap, population),
         "mujoco_rollout": lambda: MujocoRollout(body, size, threads),
     }
     left_out = {*without, *([] if xla else ["lanes_xla"])}
     return {name: ready() for name, ready in field.items() if name not in left_out}
-
-
-def _first(population: Walkers, size: int) -> Walkers:
-    """Returns a population's first walkers."""
-    terrain = population.terrain
-    return population._replace(
-        genotypes=jax.tree.map(lambda leaf: leaf[:size], population.genotypes),
-        terrain=terrain._replace(row=terrain.row[:size]),
-    )
 
 
 def _reference_state(model: Any) -> Any:

@@ -75,9 +75,6 @@ def _speed(body: str, speed: Speed, results: Results) -> Section:
         "mujoco_rollout: C MuJoCo, the same model, contacts and constraints off, no controller",
     ]
     remarks += [f"{name} left out: {why}" for name, why in speed.left_out.items()]
-    part = BODIES[body].mjx_part
-    if part is not None and "mjx" in speed.steps_per_s and not results.machine.accelerator:
-        remarks.append(f"mjx takes {part} walkers at once, as jaxlib hangs on CPUs with more")
     if {"lanes_xla", "mjx"} <= speed.steps_per_s.keys():
         faster = speed.steps_per_s["lanes_xla"] / speed.steps_per_s["mjx"]
         remarks.append(f"lanes_xla / mjx = {faster:.3g}, both on {results.machine.mjx_devices}")

@@ -64,13 +64,6 @@ def test_the_steps_are_taken_and_not_only_counted() -> None:
         np.testing.assert_array_equal(walked.walk, 1 + 6 * np.arange(5))
 
 
-def test_a_population_in_parts_takes_all_its_steps() -> None:
-    assert contenders.InParts(mjx.vmap, climbers(6), part=2)(3) == 6 * 3
-    assert contenders.InParts(mjx.vmap, climbers(6), part=64)(3) == 6 * 3
-    with pytest.raises(ValueError, match="part must divide the population of 6, got 4"):
-        contenders.InParts(mjx.vmap, climbers(6), part=4)
-
-
 @pytest.mark.slow
 def test_the_spatial_body_walks_and_is_not_torn_apart() -> None:
     population = bodies.walkers(bodies.BODIES["spatial"], 64)

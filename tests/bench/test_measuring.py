@@ -102,8 +102,6 @@ def test_a_quick_bench_leaves_mjx_out_where_it_compiles_slowly_and_says_so(
     assert f"mjx left out: {measuring.TOO_SLOW}" in capsys.readouterr().out
     full = measuring.measure(dataclasses.replace(TINY, quick=False), print)
     assert as_json(full)["spatial"]["lanes_over_mjx"] > 0
-    showing.show(full)
-    assert f"mjx takes {bodies.MJX_PART} walkers at once" in capsys.readouterr().out
 
 
 def test_what_is_measured_can_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
