@@ -112,16 +112,23 @@ class Clock:
 
 def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
     """Returns what is said before the first generation."""
-    study = config.experiment
-    trials = "trial" if study.terrains_per_evaluation == 1 else "trials"
-    how_long = f"{study.generations} generations"
-    if study.goal.trials:
-        how_long = f"until {study.goal.trials} trials end without a fall, at most {how_long}"
-    return [
-        f"evolving {study.name}, seed {config.seed}: {how_long} of {study.population_size} "
-        f"walkers, {study.terrains_per_evaluation} {trials} each, in {path}",
-        f"engine {evaluator.engine} ({evaluator.why}) on {evaluator.devices}",
+    experiment = config.experiment
+    trials = "trial" if experiment.terrains_per_evaluation == 1 else "trials"
+    how_long = f"{experiment.generations} generations"
+    if experiment.goal.trials:
+        how_long = f"until {experiment.goal.trials} trials end without a fall, at most {how_long}"
+    elif experiment.pruning is not None:
+        how_long = f"until pruning costs too much, at most {how_long}"
+    lines = [
+        f"evolving {experiment.name}, seed {config.seed}: {how_long} of "
+        f"{experiment.population_size} walkers, {experiment.terrains_per_evaluation} {trials} "
+        f"each, in {path}",
     ]
+    if config.origin is not None:
+        source, generation = config.origin.source, config.origin.generation
+        lines.append(f"starting from the {experiment.start} of {source}, generation {generation}")
+    lines.append(f"engine {evaluator.engine} ({evaluator.why}) on {evaluator.devices}")
+    return lines
 
 
 def figures(line: Metrics) -> list[tuple[str, str]]:

@@ -7,9 +7,10 @@ import pytest
 import toy
 from rich.console import Console
 
-from mjxwalk.progress import Clock, PlainProgress, count, duration, figures
+from mjxwalk.progress import Clock, PlainProgress, count, duration, figures, opening
 from mjxwalk.progress_live import LiveProgress
 from mjxwalk.runs import Champion, Config, Metrics, Result
+from mjxwalk.runs.config import Origin
 
 CONFIG = Config(experiment=toy.Toy(), seed=5)
 EVALUATOR = toy.ToyEvaluator(toy.Toy(), "auto")
@@ -99,6 +100,14 @@ def test_off_a_terminal_there_is_a_line_for_each_second_and_the_last_generation(
     assert any("distance best/mean/median 3.00/2.00/1.00 m, falls 25%" in text for text in shown)
     assert "evolved toy, seed 5: 6 generations, 3.2 M physics steps in 2 min 05 s" in shown
     assert any("12.35 m, 1.50 m/s" in text and "falls in 20% of 10" in text for text in shown)
+
+
+def test_the_opening_says_what_a_run_starts_from_and_when_it_ends() -> None:
+    pruned = toy.STUDY.phase("pruned")
+    settings = Config(experiment=pruned, origin=Origin(source="../2-near", generation=9))
+    first, second, _ = opening(Path("a"), settings, EVALUATOR)
+    assert "until pruning costs too much, at most 30 generations of 16 walkers" in first
+    assert second == "starting from the population of ../2-near, generation 9"
 
 
 def test_on_a_terminal_the_last_figures_stay() -> None:

@@ -8,7 +8,7 @@ from mjxwalk import experiments
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class List:
-    """Show the experiments, the walkers that ship with mjxwalk, and the runs in a folder.
+    """Show the experiments and studies, the walkers that ship with mjxwalk, and the runs in a folder.
 
     Attributes:
       runs: folder with runs in it.
@@ -17,14 +17,19 @@ class List:
     runs: Path = Path("runs")
 
     def run(self) -> int:
-        """Prints three tables and returns the exit code."""
-        rows = [(name, summary) for name, summary in experiments.names().items()]
+        """Prints four tables and returns the exit code."""
+        named = experiments.names() | experiments.studies()
+        phases = {study: experiments.phases(study) for study in experiments.studies()}
         print("Experiments")
-        _print_table(rows)
+        _print_table([(name, named[name]) for name in named if name.split("/")[0] not in phases])
+        print("\nStudies and their phases")
+        for study in phases:
+            names = [study, *(f"{study}/{phase}" for phase in phases[study])]
+            _print_table([(name, named[name]) for name in names])
         print("\nZoo")
         _print_table(_zoo())
         found = sorted(self.runs.iterdir()) if self.runs.is_dir() else []
-        rows = [row for path in found if (row := _describe(path))]
+        rows = [row for path in found for row in _describe_all(path)]
         print(f"\nRuns in {self.runs}" if rows else f"\nNo runs in {self.runs}")
         _print_table(rows)
         return 0
@@ -39,6 +44,15 @@ def _zoo() -> list[tuple[str, ...]]:
     return [
         (f"{ZOO}{name}", showing.figures(zoo.provenance(name).tournament)) for name in zoo.names()
     ]
+
+
+def _describe_all(path: Path) -> list[tuple[str, ...]]:
+    """Returns a line for a run, and for each run of a study."""
+    from mjxwalk.runs import study
+
+    inside = sorted(path.iterdir()) if study.is_study(path) else [path]
+    rows = [row for each in inside if (row := _describe(each))]
+    return rows if inside == [path] else [(f"{path.name}/{row[0]}", *row[1:]) for row in rows]
 
 
 def _describe(path: Path) -> tuple[str, ...] | None:

@@ -28,5 +28,9 @@ class Pruning:
     def __post_init__(self) -> None:
         positive(self, "every", "reference", "window")
         not_negative(self, "settle")
+        if self.window > self.reference:
+            raise ValueError(
+                f"window must be at most reference, {self.reference}, got {self.window}"
+            )
         if not 0 < self.floor <= 1:
             raise ValueError(f"floor must be above 0 and at most 1, got {self.floor}")

@@ -19,8 +19,13 @@ KEEP = 20
 
 
 # Settings that experiments did not have when older runs were written, and what they did then.
-ADDED: dict[str, Any] = {"start": "zero", "ramp": None, "pruning": None}
-ADDED_TO_GOAL: dict[str, Any] = {"fine_trials": 0, "fine_factor": 4}
+ADDED: dict[str, Any] = {
+    "start": "zero",
+    "ramp": None,
+    "pruning": None,
+    "goal": {"fine_trials": 0, "fine_factor": 4},
+    "env": {"min_speed": 0.0, "max_lag": 1e9},
+}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -163,10 +168,19 @@ def experiment_of(data: dict[str, Any], defaults: Any = None) -> Any:
         from mjxwalk import experiments  # imports JAX, which most of this package does without
 
         defaults = experiments.get(str(data.get("name")))
-    data = {k: v for k, v in ADDED.items() if hasattr(defaults, k)} | data
-    if isinstance(data.get("goal"), dict):
-        data["goal"] = ADDED_TO_GOAL | data["goal"]
+    data = _with_added(data, ADDED, defaults)
     return settings.from_data(defaults, data, "experiment")
+
+
+def _with_added(data: dict[str, Any], added: dict[str, Any], defaults: Any) -> dict[str, Any]:
+    filled = dict(data)
+    for name, value in added.items():
+        if isinstance(value, dict):
+            if isinstance(data.get(name), dict):
+                filled[name] = _with_added(data[name], value, getattr(defaults, name, None))
+        elif hasattr(defaults, name):
+            filled.setdefault(name, value)
+    return filled
 
 
 def _from_file(file: _File, defaults: Any) -> Config:

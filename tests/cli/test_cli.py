@@ -1,6 +1,5 @@
 """Tests of the command line: what it prints, what it refuses, and how it ends."""
 
-import os
 import re
 import signal
 import subprocess
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import toy
+from terminal import start, wait_for_lines
 
 from mjxwalk import runs
 from mjxwalk.cli import main
@@ -23,24 +23,6 @@ TOY = Path(toy.__file__)
 def in_new_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     toy.install(monkeypatch)
     monkeypatch.chdir(tmp_path)
-
-
-def start(*args: str) -> subprocess.Popen[str]:
-    """Starts the command line on the toy in a process of its own."""
-    return subprocess.Popen(
-        [sys.executable, str(TOY), *args],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )
-
-
-def wait_for_lines(path: Path, number: int) -> None:
-    deadline = time.monotonic() + 60
-    while not path.exists() or path.read_bytes().count(b"\n") < number:
-        assert time.monotonic() < deadline, f"{path} has not got {number} lines in a minute"
-        time.sleep(0.01)
 
 
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
@@ -160,7 +142,8 @@ def test_list_shows_experiments_and_runs(capsys: pytest.CaptureFixture[str]) -> 
     capsys.readouterr()
     assert main(["list"]) == 0
     shown = capsys.readouterr().out
-    assert "toy  no physics, for tests" in shown
+    assert "Experiments\n  toy  no physics, for tests\n" in shown
+    assert re.search(r"^  toys +three phases.*\n  toys/zero +a phase", shown, re.MULTILINE)
     assert re.search(r"toy-0-\d{8}-\d{6}  finished  generation 2 of 2 +champion \d", shown)
     assert re.search(r"begun +stopped +generation 0 of 6 +-", shown)
     assert "other" not in shown

@@ -95,7 +95,49 @@ def test_nothing_is_tried_without_a_goal_or_when_all_have_fallen() -> None:
     assert evaluator.asked == []
 
 
-@pytest.mark.parametrize("settings", [{"trials": -1}, {"duration": -1.0}, {"distance": np.nan}])
+def test_who_falls_at_a_finer_step_misses_the_goal() -> None:
+    goal = Goal(trials=30, fine_trials=10, duration=5.0)
+    steady = Scripted([set(), set()])
+    assert found(goal, Scripted([set(), set()]), [False] * 2, steady) == 1
+    # The one that passed all other trials is tried, and no other.
+    assert steady.asked == [([1], 10)]
+    assert found(goal, Scripted([set(), set()]), [False] * 2, Scripted([set(), {9}])) is None
+    short = Scripted([set(), set()], duration=4.9)
+    assert found(goal, Scripted([set(), set()]), [False] * 2, short) is None
+    untried = Scripted([])
+    assert found(goal, Scripted([{3}, {25}]), [False] * 2, untried) is None
+    assert untried.asked == []
+    with pytest.raises(ValueError, match="fine_trials is 10 and nobody runs them"):
+        found(goal, Scripted([set()]), [False])
+
+
+def test_the_goal_is_tried_on_the_ground_of_the_last_generation() -> None:
+    asked: list[int] = []
+
+    class Rougher(Toy):
+        def sample_terrains(self, key: Any, num: int, generation: int) -> Any:
+            asked.append(generation)
+            return super().sample_terrains(key, num, generation)
+
+    before = outcome([3], [[False]], 5.0)
+    keys = (jax.random.key(0), jax.random.key(1))
+    walkers = np.arange(1)
+    trying = Scripted([set()])
+    goal = Goal(trials=5, fine_trials=5)
+    assert goal.find(Rougher(generations=77), trying, walkers, before, keys, trying) == 0
+    assert asked == [77, 77]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"trials": -1},
+        {"fine_trials": -1},
+        {"fine_factor": 1},
+        {"duration": -1.0},
+        {"distance": np.nan},
+    ],
+)
 def test_wrong_settings_are_refused(settings: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=next(iter(settings))):
         Goal(**settings)

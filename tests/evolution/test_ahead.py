@@ -1,0 +1,87 @@
+"""Tests of the evaluator that is compiled while a run goes on."""
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import toy
+
+from mjxwalk.evolution import Goal, evolve
+from mjxwalk.evolution.ahead import Ahead
+from mjxwalk.rollout import Outcome
+from mjxwalk.runs import Config, Metrics, folder
+
+TOY = toy.Toy()
+POPULATION = jax.tree.map(lambda leaf: np.asarray(leaf)[None], TOY.template())
+TERRAINS = jnp.zeros((3, 1))
+
+
+class Slow:
+    """Waits for a signal before its first evaluation; takes down the shapes."""
+
+    def __init__(self) -> None:
+        self.signal = threading.Event()
+        self.shapes: list[int] = []
+
+    def evaluate(self, population: Any, heights: Any, /) -> Outcome:
+        assert self.signal.wait(60)
+        self.shapes.append(len(heights))
+        return toy.ToyEvaluator(TOY, "auto").evaluate(population, heights)
+
+
+class Silent:
+    """Shows nothing."""
+
+    def generation(self, line: Metrics, /) -> None:
+        """Does nothing."""
+
+    def say(self, text: str, /) -> None:
+        """Does nothing."""
+
+
+def test_it_compiles_beside_the_run_and_then_gives_the_same() -> None:
+    slow = Slow()
+    with Ahead(lambda: slow, POPULATION, TERRAINS) as ahead:
+        ahead.start()
+        ahead.start()
+        ahead.check()  # neither done nor failed
+        assert slow.shapes == []
+        slow.signal.set()
+        outcome = ahead.evaluate(POPULATION, TERRAINS + 0.1)
+    assert slow.shapes == [3, 3]
+    expected = toy.ToyEvaluator(TOY, "auto").evaluate(POPULATION, TERRAINS + 0.1)
+    jax.tree.map(np.testing.assert_array_equal, outcome, expected)
+
+
+def test_what_fails_in_the_thread_fails_in_the_run() -> None:
+    def fail() -> Slow:
+        raise OSError("no compiler here")
+
+    with Ahead(fail, POPULATION, TERRAINS) as ahead:
+        with pytest.raises(OSError, match="no compiler here"):
+            ahead.evaluate(POPULATION, TERRAINS)
+        with pytest.raises(OSError, match="no compiler here"):
+            ahead.check()
+
+
+def test_a_thread_that_never_started_is_not_waited_for() -> None:
+    with Ahead(Slow, POPULATION, TERRAINS) as ahead:
+        ahead.check()
+
+
+def test_a_run_stops_when_its_finer_evaluator_cannot_be_made(tmp_path: Path) -> None:
+    def fail() -> Slow:
+        raise OSError("no compiler here")
+
+    study = toy.Toy(generations=1000, goal=Goal(trials=5, duration=1e9, fine_trials=5))
+    config = Config(experiment=study)
+    folder.create(tmp_path / "a", config)
+    evaluator = toy.ToyEvaluator(study, "auto")
+    with pytest.raises(OSError, match="no compiler here"):
+        evolve(tmp_path / "a", config, evaluator, Silent(), make_finer=fail)
+    with pytest.raises(ValueError, match="fine_trials is 5 and make_finer is missing"):
+        evolve(tmp_path / "a", config, evaluator, Silent())

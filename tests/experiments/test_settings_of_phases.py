@@ -1,0 +1,161 @@
+"""Tests of what makes a phase of a study: ramp, pruning, scale, and the study itself."""
+
+import dataclasses
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+import toy
+
+from mjxwalk import experiments
+from mjxwalk.controllers.linear_reactive import INPUTS, NETWORKS, local_links
+from mjxwalk.experiments.pruning import Pruning
+from mjxwalk.experiments.ramp import RoughnessRamp
+from mjxwalk.experiments.scaling import scaled
+from mjxwalk.experiments.solomon import RAMP
+from mjxwalk.experiments.study import Study
+
+LPD = experiments.get("solomon-2d/lpd")
+
+
+def step(experiment: Any, generation: int) -> float:
+    """Returns how much higher or lower each node of a generation's terrain is than the last."""
+    heights = experiment.sample_terrains(jax.random.key(0), 3, generation)
+    return float(np.abs(np.diff(np.asarray(heights, np.float64), axis=1)).max())
+
+
+def test_a_ramp_is_a_line_from_the_first_generation_on() -> None:
+    ramp = RoughnessRamp(start=0.01, generations=5)
+    at = [ramp.at(generation, 0.03) for generation in range(1, 8)]
+    np.testing.assert_allclose(at, [0.01, 0.015, 0.02, 0.025, 0.03, 0.03, 0.03])
+    assert RoughnessRamp(start=0.01, generations=1).at(1, 0.03) == 0.03
+
+
+def test_terrains_follow_the_ramp_to_the_environment_s_own_roughness() -> None:
+    experiment = dataclasses.replace(LPD, ramp=RoughnessRamp(start=0.0, generations=3))
+    # float32 heights of up to a metre
+    assert step(experiment, 1) == 0.0
+    assert step(experiment, 2) == pytest.approx(0.01, abs=1e-6)
+    assert step(experiment, 3) == pytest.approx(0.02, abs=1e-6)
+    assert step(experiment, 500) == pytest.approx(0.02, abs=1e-6)
+    assert step(dataclasses.replace(LPD, ramp=None), 1) == pytest.approx(0.02, abs=1e-6)
+
+
+def test_generations_of_one_roughness_compile_nothing_anew() -> None:
+    LPD.sample_terrains(jax.random.key(0), 1, 1)
+    with jax.no_tracing():
+        LPD.sample_terrains(jax.random.key(1), 1, 2)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        (RoughnessRamp, {"start": -0.1, "generations": 5}, "start"),
+        (RoughnessRamp, {"start": 0.1, "generations": 0}, "generations"),
+        (Pruning, {"every": 0}, "every"),
+        (Pruning, {"floor": 1.5}, "floor must be above 0 and at most 1, got 1.5"),
+        (Pruning, {"window": 51}, "window"),
+        (Pruning, {"settle": -1}, "settle"),
+    ],
+)
+def test_wrong_settings_are_refused(wrong: tuple[Any, dict[str, Any], str]) -> None:
+    kind, settings, complaint = wrong
+    with pytest.raises(ValueError, match=complaint):
+        kind(**settings)
+
+
+def test_restarts_and_what_was_evolved_before_exclude_each_other() -> None:
+    with pytest.raises(ValueError, match="restart_after must be null"):
+        dataclasses.replace(LPD, start="population")
+    with pytest.raises(ValueError, match="restart_after must be null"):
+        dataclasses.replace(LPD, pruning=Pruning())
+
+
+def test_scaling_keeps_the_structure() -> None:
+    sil = scaled(experiments.get("solomon-2d/sil"), 0.02)
+    assert (sil.population_size, sil.generations) == (10, 30)
+    assert sil.pruning == Pruning(every=1, reference=1, window=1, settle=4)
+    assert scaled(LPD, 0.1) == dataclasses.replace(
+        LPD,
+        population_size=15,
+        generations=50,
+        ramp=RoughnessRamp(start=RAMP.start, generations=30),
+        restart_after=4,
+    )
+    tiny = scaled(LPD, 1e-9)
+    assert (tiny.population_size, tiny.generations, tiny.restart_after) == (10, 2, 2)
+    lpd = scaled(experiments.get("planar-lpd"), 1e-9)
+    assert (lpd.restart_after, lpd.restart_at) == (2, 3)
+    assert scaled(LPD, 1.0) == LPD
+    # What is smaller than a floor already is not raised to it.
+    assert scaled(toy.Toy(population_size=4), 0.5).population_size == 4
+    with pytest.raises(ValueError, match="scale must be above 0, got -1.0"):
+        scaled(LPD, -1.0)
+
+
+def test_phases_are_chained_and_named_after_their_study() -> None:
+    study = experiments.get_study("solomon-2d")
+    assert [e.start for _, e in study.phases] == ["zero", "winner", "population"]
+    assert study.phase("fil") is experiments.get("solomon-2d/fil")
+    assert [e.population_size for _, e in study.scaled(0.2).phases] == [30, 30, 30]
+    with pytest.raises(ValueError, match="must be named other/lpd, got solomon-2d/lpd"):
+        Study(name="other", phases=(("lpd", LPD),))
+    with pytest.raises(ValueError, match="solomon-2d/fil comes first and must start from zero"):
+        Study(name="solomon-2d", phases=study.phases[1:])
+    with pytest.raises(ValueError, match="phases must have names of their own"):
+        Study(name="solomon-2d", phases=study.phases[:1] * 2)
+
+
+def test_names_and_phases_are_those_of_the_studies_themselves() -> None:
+    for name in experiments.studies():
+        study = experiments.get_study(name)
+        assert study.name == name
+        assert [phase for phase, _ in study.phases] == experiments.phases(name)
+    for name in experiments.names():
+        assert experiments.get(name).name == name
+    with pytest.raises(ValueError, match="did you mean solomon-2d/fil"):
+        experiments.get("solomon-2d/fill")
+    with pytest.raises(ValueError, match="did you mean solomon-2d"):
+        experiments.get_study("solomon2d")
+
+
+def test_the_paper_s_numbers_are_those_of_the_study() -> None:
+    lpd, fil, sil = (phase for _, phase in experiments.get_study("solomon-2d-literal").phases)
+    assert {e.population_size for e in (lpd, fil, sil)} == {150}
+    assert {e.terrains_per_evaluation for e in (lpd, fil, sil)} == {1}
+    for phase in (lpd, fil, sil):
+        assert step(phase, 1) == pytest.approx(0.02, abs=1e-6)
+    assert (lpd.generations, fil.generations) == (500, 3000)
+    assert lpd.env.torque_budget == 3 * fil.env.torque_budget
+    assert lpd.strategy.options["sigma"] == 0.05
+    assert fil.strategy.options == {"sigma": 0.005, "initial_sigma": 0.05}
+    assert sil.pruning == Pruning(every=10, floor=0.9, reference=50, window=10, settle=200)
+
+
+def test_rsil_has_as_many_links_as_the_paper_s() -> None:
+    controller = experiments.get("solomon-2d-rsil/rsil").controller
+    links = np.asarray(controller.mask().walking)
+    assert links.shape == (len(NETWORKS), len(INPUTS)) and links.sum() == 33
+    added = (links & ~local_links()).sum(axis=1)
+    assert dict(zip(NETWORKS, added.tolist(), strict=True)) == {
+        "torso": 4,
+        "inter-leg": 4,
+        "stance knee": 0,
+        "swing knee": 0,
+        "stance ankle": 7,
+        "swing ankle": 0,
+    }
+
+
+def test_a_pruned_population_keeps_what_is_not_to_be_pruned() -> None:
+    experiment = scaled(experiments.get("solomon-2d/sil"), 0.05)
+    strategy = experiment.make_strategy()
+    state = strategy.init(jax.random.key(0), experiment.template())
+    state = strategy.begin(state.inner, np.ones(50, np.float32))  # type: ignore[attr-defined]
+    _, state = strategy.ask(jax.random.key(1), state)
+    masks = state.inner.mask
+    # All but the elite lose one of 78 links, from both sets of weights.
+    assert masks.walking.sum(axis=(1, 2)).tolist() == [96, *[95] * 9]
+    np.testing.assert_array_equal(masks.initiation, masks.walking)
+    assert np.all(np.asarray(masks.walking)[:, local_links()]) and np.all(masks.blend_time)
