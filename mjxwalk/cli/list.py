@@ -8,7 +8,7 @@ from mjxwalk import experiments
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class List:
-    """Show the experiments and studies, the walkers that ship with mjxwalk, and the runs in a folder.
+    """Show the experiments and studies, the zoo of walkers that ship, and the runs in a folder.
 
     Attributes:
       runs: folder with runs in it.
@@ -23,9 +23,8 @@ class List:
         print("Experiments")
         _print_table([(name, named[name]) for name in named if name.split("/")[0] not in phases])
         print("\nStudies and their phases")
-        for study in phases:
-            names = [study, *(f"{study}/{phase}" for phase in phases[study])]
-            _print_table([(name, named[name]) for name in names])
+        names = [[study, *(f"{study}/{phase}" for phase in phases[study])] for study in phases]
+        _print_table([(name, named[name]) for study in names for name in study])
         print("\nZoo")
         _print_table(_zoo())
         found = sorted(self.runs.iterdir()) if self.runs.is_dir() else []
