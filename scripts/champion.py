@@ -31,7 +31,7 @@ class Champion:
           RunError: there is no such source, or it has no walker yet.
         """
         walker = walkers.best(self.source)
-        print(f"{walker.rank} of {walker.name}, generation {walker.generation}")
+        print(f"{walker.rank} of generation {walker.generation}, from {walker.name}")
         for row in _table(walker):
             print("  ".join(row))
         if self.out is not None:

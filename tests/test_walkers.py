@@ -1,5 +1,6 @@
 """Tests of where walkers come from, on runs of the toy."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,21 @@ from mjxwalk.runs.result import CHAMPION_FILE, FILE
 from mjxwalk.tournament import Tournament, results
 
 
+@pytest.fixture(scope="module")
+def evolved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Returns a finished run."""
+    path = tmp_path_factory.mktemp("runs") / "a"
+    with pytest.MonkeyPatch.context() as patch:
+        toy.install(patch)
+        assert cli.main(["evolve", "--generations", "3", "--out", str(path)]) == 0
+    return path
+
+
 @pytest.fixture(autouse=True)
-def toy_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def toy_run(evolved: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     toy.install(monkeypatch)
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["evolve", "--generations", "3", "--out", "a"]) == 0
+    shutil.copytree(evolved, "a")
 
 
 def held(winner: int, newest: int) -> Tournament:

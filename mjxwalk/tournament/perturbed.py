@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 from mjxwalk.envs import Planar7, State, Terrain
 from mjxwalk.envs.planar7 import LEG_LENGTH, SOLE_DEPTH
 
-DRAWS = 7  # for each trial, one for each number that is perturbed
+DRAWS = 3  # for each trial, one for each number that is perturbed
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -25,15 +25,11 @@ class Perturbation:
       hip_angle: of both legs from the vertical, rad.
       push: of the hip, forward or back; the legs turn about the feet with it, m/s.
       pitch_rate: of the upper body, rad/s.
-      knee_rate: of each knee, rad/s.
-      ankle_rate: of each ankle, rad/s.
     """
 
     hip_angle: float = 0.05  # ours: a third of the usual, so that the first step is that much off
     push: float = 0.2  # ours: 14 N s for a body of 70 kg, a nudge
     pitch_rate: float = 0.3  # ours: as fast as the upper body sways in a good gait
-    knee_rate: float = 1.0  # ours: a tenth of a swing knee's fastest
-    ankle_rate: float = 0.5  # ours: a foot that tilts by a degree in the time of a reaction
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -55,23 +51,19 @@ class PerturbedPlanar7(Planar7):
     def perturb(self, state: State, draws: Float[Array, " draw"]) -> State:
         """Returns a start of the usual kind as the draws, from -1 to 1, change it."""
         most, usual = self.perturbation, self.start_hip_angle
+        leg = LEG_LENGTH - SOLE_DEPTH  # m, hip to ankle
         hip = usual + most.hip_angle * draws[0]
-        rise = (LEG_LENGTH - SOLE_DEPTH) * (jnp.cos(hip) - np.float32(np.cos(usual)))
-        ahead = (LEG_LENGTH - SOLE_DEPTH) * jnp.sin(hip)
-        nothing = jnp.zeros(())
-        root = (state.qpos[0], state.qpos[1] + rise, state.qpos[2])
+        x, z, pitch = state.qpos[0], state.qpos[1], state.qpos[2]
         push, pitch_rate = most.push * draws[1], most.pitch_rate * draws[2]
-        # Feet that both left the ground would be a fall by the rules, and none of the walker's.
-        leg_rate = push / LEG_LENGTH
-        rates = [push, nothing, pitch_rate]
-        for leg in range(2):
-            knee = most.knee_rate * draws[3 + leg]
-            ankle = leg_rate + knee + most.ankle_rate * draws[5 + leg]
-            rates += [pitch_rate - leg_rate, knee, ankle]
+        rise = leg * (jnp.cos(hip) - np.float32(np.cos(usual)))
+        nothing = jnp.zeros(())
+        # The feet stay, level, where they are: if both left the ground it would be a fall.
+        leg_rate = push / leg
+        rates = [pitch_rate - leg_rate, nothing, leg_rate]
         return state._replace(
-            qpos=jnp.stack([*root, hip, nothing, -hip, -hip, nothing, hip]),
-            qvel=jnp.stack(rates),
-            ankle_x=jnp.stack([ahead, -ahead]),
+            qpos=jnp.stack([x, z + rise, pitch, hip, nothing, -hip, -hip, nothing, hip]),
+            qvel=jnp.stack([push, nothing, pitch_rate, *rates, *rates]),
+            ankle_x=leg * jnp.sin(jnp.stack([hip, -hip])),
         )
 
 

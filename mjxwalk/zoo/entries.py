@@ -1,15 +1,13 @@
 """One walker of the zoo on disk: its weights as NAME.npz, where it comes from as NAME.json."""
 
-import dataclasses
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import msgspec
 import numpy.typing as npt
 
-from mjxwalk import settings
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files
+from mjxwalk.runs import config, files
 from mjxwalk.runs.result import npz
 from mjxwalk.tournament import Tournament, weights
 from mjxwalk.tournament.results import as_json
@@ -80,15 +78,12 @@ def read_walker(folder: Path, name: str) -> Walker:
     Raises:
       RunError: a file is damaged, or the weights do not fit the experiment.
     """
-    from mjxwalk import experiments
     from mjxwalk.runs import unflatten
 
     provenance = read(folder, name)
     path = folder / f"{name}.json"
     try:
-        defaults = experiments.get(str(provenance.experiment.get("name")))
-        data = _completed(defaults, provenance.experiment)
-        experiment = settings.from_data(defaults, data, "experiment")
+        experiment = config.experiment_of(provenance.experiment)
     except (RunError, ValueError) as error:
         raise RunError(f"{path}: {error}") from None
     arrays = weights.read(folder / f"{name}.npz")
@@ -103,20 +98,3 @@ def read_walker(folder: Path, name: str) -> Walker:
         genotype=genotype,
         generation=provenance.generation,
     )
-
-
-def _completed(defaults: object, data: dict[str, Any]) -> dict[str, Any]:
-    """Returns settings with those that are younger than the walker at their classes' defaults.
-
-    A run's folder is read by the mjxwalk that wrote it; a walker that ships meets younger ones, and
-    a new setting's default is what was done before there was the setting.
-    """
-    completed = dict(data)
-    for field in dataclasses.fields(cast("Any", defaults)):
-        value = getattr(defaults, field.name)
-        if field.name not in data:
-            if field.default is not dataclasses.MISSING:
-                completed[field.name] = settings.to_data(field.default)
-        elif dataclasses.is_dataclass(value) and isinstance(data[field.name], dict):
-            completed[field.name] = _completed(value, data[field.name])
-    return completed

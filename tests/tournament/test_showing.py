@@ -1,0 +1,91 @@
+"""Tests of what is said of a tournament's figures."""
+
+from typing import Any
+
+import pytest
+
+from mjxwalk.tournament import Condition, Tournament, showing
+from mjxwalk.tournament.intervals import wilson
+from mjxwalk.tournament.results import AS_EVOLVED, HALF_STEP, PAPERS_STEP, PERTURBED
+
+
+def condition(name: str, falls: int, **figures: Any) -> Condition:
+    interval = wilson(falls, 1000)
+    return Condition(
+        name=name,
+        trials=1000,
+        distance_mean_m=40.0,
+        distance_sd_m=1.0,
+        fall_rate=falls / 1000,
+        fall_rate_low=interval.low,
+        fall_rate_high=interval.high,
+        **{
+            "cost_of_transport": 0.25,
+            "speed_m_s": 1.2,
+            "step_length_m": None,
+            "double_stance": None,
+            **figures,
+        },
+    )
+
+
+def held(*conditions: Condition) -> Tournament:
+    return Tournament(
+        entrants=50,
+        newest_generation=80,
+        winner_generation=57,
+        screening_terrains=20,
+        seed=0,
+        engine="lanes",
+        roughness_m=0.004,
+        conditions=conditions,
+    )
+
+
+def test_a_gait_that_holds_at_one_step_only_is_called_an_artefact() -> None:
+    remarks = showing.remarks(held(condition(AS_EVOLVED, 2), condition(HALF_STEP, 480)))
+    assert remarks == [
+        "the gait is an artefact of its time step: falls 0.2 % as evolved, "
+        "48.0 % at half the time step"
+    ]
+
+
+def test_both_steps_are_told_in_one_sentence() -> None:
+    conditions = (condition(AS_EVOLVED, 2), condition(HALF_STEP, 480), condition(PAPERS_STEP, 900))
+    (remark,) = showing.remarks(held(*conditions))
+    assert remark.endswith("48.0 % at half the time step and 90.0 % at the paper's explicit step")
+
+
+def test_a_gait_that_hangs_on_its_start_is_told() -> None:
+    conditions = (condition(AS_EVOLVED, 2), condition(HALF_STEP, 3), condition(PERTURBED, 400))
+    assert showing.remarks(held(*conditions)) == [
+        "the gait hangs on its start: falls 0.2 % from the usual one, 40.0 % from perturbed starts",
+        "falls as often at half the time step",
+    ]
+
+
+@pytest.mark.parametrize("falls", [0, 20, 500])
+def test_falls_that_chance_explains_are_no_difference(falls: int) -> None:
+    conditions = (condition(AS_EVOLVED, falls), condition(HALF_STEP, falls + 25))
+    assert showing.remarks(held(*conditions)) == ["falls as often at half the time step"]
+
+
+def test_shown_are_all_figures_and_a_dash_where_there_is_none(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    full = condition(HALF_STEP, 0, step_length_m=0.6123, double_stance=0.124)
+    showing.show(held(condition(AS_EVOLVED, 2, speed_m_s=None), full), "runs/a")
+    first, head, usual, half, _ = capsys.readouterr().out.splitlines()
+    assert first == (
+        "the winner of runs/a is the fittest of generation 57, of 50 on 20 terrains; "
+        "roughness 0.004 m"
+    )
+    assert head.split("  ")[1] == "conditions"
+    assert usual.split()[-9:] == ["0.2", "%", "(0.1", "to", "0.7)", "0.250", "-", "-", "-"]
+    assert half.split()[-5:] == ["0.250", "1.20", "0.612", "12.4", "%"]
+
+
+def test_a_walkers_line_has_its_figures_at_half_the_step_too() -> None:
+    assert showing.figures(held(condition(AS_EVOLVED, 2), condition(HALF_STEP, 4))) == (
+        "40.0 m, falls 0.2 %, cost of transport 0.25, falls 0.4 % at half the step"
+    )
