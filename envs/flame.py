@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.envs import checks, dynamics, floating, motor
+from mjxwalk.envs import checks, dynamics, floating, motor, trial
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.flame_body import (
     ACTUATED,
@@ -178,13 +178,7 @@ class Flame:
             stretch=jnp.zeros((8, 2)),
             touching=jnp.arange(8) >= 4,
             ankle_x=jnp.asarray(ankle_x),
-            num_steps=jnp.zeros((), jnp.int32),
-            flight_time=jnp.zeros(()),
-            torque_cost=jnp.zeros(()),
-            work=jnp.zeros(()),
-            fell=jnp.zeros((), bool),
-            diverged=jnp.zeros((), bool),
-            done=jnp.zeros((), bool),
+            **trial.begin(),
         )
 
     def observe(self, state: State) -> Observation:
@@ -231,12 +225,21 @@ class Flame:
             stretch=contacts.stretch,
             touching=contacts.touching,
             ankle_x=ankles @ ahead,
-            num_steps=state.num_steps + 1,
-            flight_time=jnp.where(contacts.touching.any(), 0.0, state.flight_time + self.timestep),
-            torque_cost=state.torque_cost + self.timestep * jnp.abs(applied).sum(),
-            work=state.work + self.timestep * jnp.abs(applied * qvel[ACTUATED]).sum(),
         )
-        return self._judge(state, moved, surface)
+        moved = trial.count(
+            self, moved, touching=contacts.touching, torque=applied, rate=qvel[ACTUATED]
+        )
+
+        def has_fallen(after: State) -> Bool[Array, ""]:
+            x, y, z, yaw, pitch, roll = after.qpos[:6]
+            return (
+                (z - self.surface.height(surface, x, y) < self.min_hip_height)
+                | (jnp.abs(yaw) > self.max_yaw)
+                | (jnp.abs(pitch) > self.max_pitch)
+                | (jnp.abs(roll) > self.max_roll)
+            )
+
+        return trial.judge(self, state, moved, max_speed=MAX_SPEED, has_fallen=has_fallen)
 
     @property
     def _ahead(self) -> float:
@@ -314,22 +317,3 @@ class Flame:
             stiffness=spread.stiffness.at[roll].set(self.ankle_roll_stiffness),
             damping=spread.damping.at[roll].set(self.ankle_roll_damping),
         )
-
-    def _judge(self, before: State, after: State, surface: Surface) -> State:
-        """Returns the state after the step with the trial's rules applied."""
-        # One comparison catches NaN, infinity and runaway speeds alike.
-        sound = jnp.sum((after.qvel / MAX_SPEED) ** 2) < 1.0
-        after = jax.tree.map(lambda new, old: jnp.where(sound, new, old), after, before)
-        x, y, z, yaw, pitch, roll = after.qpos[:6]
-        fell = (
-            (z - self.surface.height(surface, x, y) < self.min_hip_height)
-            | (jnp.abs(yaw) > self.max_yaw)
-            | (jnp.abs(pitch) > self.max_pitch)
-            | (jnp.abs(roll) > self.max_roll)
-            | (after.flight_time > self.max_flight_time)
-            | ~sound
-        )
-        spent = after.torque_cost >= self.torque_budget
-        late = after.num_steps >= round(self.max_time / self.timestep)
-        stalled = self.min_speed * self.timestep * after.num_steps - x > self.max_lag
-        return after._replace(fell=fell, diverged=~sound, done=fell | spent | late | stalled)

@@ -11,12 +11,11 @@ import functools
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.envs import checks, dynamics, motor
+from mjxwalk.envs import checks, dynamics, motor, trial
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.joint_stop import JointStop
@@ -167,13 +166,7 @@ class Planar7:
             stretch=jnp.zeros(4),
             touching=jnp.ones(4, bool),
             ankle_x=jnp.array([ahead, -ahead]),
-            num_steps=jnp.zeros((), jnp.int32),
-            flight_time=jnp.zeros(()),
-            torque_cost=jnp.zeros(()),
-            work=jnp.zeros(()),
-            fell=jnp.zeros((), bool),
-            diverged=jnp.zeros((), bool),
-            done=jnp.zeros((), bool),
+            **trial.begin(),
         )
 
     def observe(self, state: State) -> Observation:
@@ -219,12 +212,14 @@ class Planar7:
             stretch=jnp.stack([contact.stretch for contact in contacts]),
             touching=touching,
             ankle_x=ankles,
-            num_steps=state.num_steps + 1,
-            flight_time=jnp.where(touching.any(), 0.0, state.flight_time + self.timestep),
-            torque_cost=state.torque_cost + self.timestep * jnp.abs(applied).sum(),
-            work=state.work + self.timestep * jnp.abs(applied * qvel[ACTUATED]).sum(),
         )
-        return self._judge(state, moved, terrain)
+        moved = trial.count(self, moved, touching=touching, torque=applied, rate=qvel[ACTUATED])
+
+        def has_fallen(after: State) -> Bool[Array, ""]:
+            height = after.qpos[1] - self.terrain.height(terrain, after.qpos[0])
+            return (height < self.min_hip_height) | (jnp.abs(after.qpos[2]) > self.max_pitch)
+
+        return trial.judge(self, state, moved, max_speed=MAX_SPEED, has_fallen=has_fallen)
 
     @property
     def _ahead(self) -> float:
@@ -273,23 +268,6 @@ class Planar7:
             motor.torque(action, angle, rate, ahead=self._ahead) + stop.torque,
             inertia + stop.added_inertia,
         )
-
-    def _judge(self, before: State, after: State, terrain: Terrain) -> State:
-        """Returns the state after the step with the trial's rules applied."""
-        # One comparison catches NaN, infinity and runaway speeds alike.
-        sound = jnp.sum((after.qvel / MAX_SPEED) ** 2) < 1.0
-        after = jax.tree.map(lambda new, old: jnp.where(sound, new, old), after, before)
-        height = after.qpos[1] - self.terrain.height(terrain, after.qpos[0])
-        fell = (
-            (height < self.min_hip_height)
-            | (jnp.abs(after.qpos[2]) > self.max_pitch)
-            | (after.flight_time > self.max_flight_time)
-        )
-        spent = after.torque_cost >= self.torque_budget
-        late = after.num_steps >= round(self.max_time / self.timestep)
-        stalled = self.min_speed * self.timestep * after.num_steps - after.qpos[0] > self.max_lag
-        fell = fell | ~sound
-        return after._replace(fell=fell, diverged=~sound, done=fell | spent | late | stalled)
 
 
 @functools.cache
