@@ -11,7 +11,7 @@ import pytest
 import toy
 from terminal import start, wait_for_lines
 
-from mjxwalk import runs
+from mjxwalk import evaluation, runs
 from mjxwalk.cli import main
 from mjxwalk.cli.commands import COMMANDS
 from mjxwalk.runs import folder
@@ -133,6 +133,25 @@ def test_evolve_uses_every_flag_and_tells_what_to_do_next(
     assert experiment.strategy.options == {"sigma": 0.1, "initial_sigma": 0.3}
     assert run.manifest["engine"] == "mjx"
     assert run.manifest["packages"]["jax"]
+
+
+def test_fine_trials_have_an_evaluator_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    timesteps: list[float] = []
+
+    class Noting(toy.ToyEvaluator):
+        def __init__(self, study: toy.Toy, engine: str) -> None:
+            super().__init__(study, engine)
+            timesteps.append(study.env.timestep)
+
+    monkeypatch.setattr(evaluation, "make_evaluator", Noting)
+    goal = "--set goal.trials=5 --set goal.duration=1e9 --set goal.fine_factor=5"
+    assert main(["evolve", *goal.split(), "--out", "a"]) == 0
+    assert timesteps == [0.001]
+    assert main(["evolve", *goal.split(), "--set", "goal.fine_trials=3", "--out", "b"]) == 0
+    assert timesteps[1:] == [0.001, 0.0002]
+    # Being tried more changes nothing of what evolves.
+    a, b = (runs.load(path).population["gain"] for path in ("a", "b"))
+    assert a.tobytes() == b.tobytes()
 
 
 def test_list_shows_experiments_and_runs(capsys: pytest.CaptureFixture[str]) -> None:
