@@ -11,10 +11,11 @@ from mjxwalk import evaluation
 from mjxwalk.evaluation import TABLE_ROWS
 from mjxwalk.evolution.measuring import cost_of_transport
 from mjxwalk.rollout import Outcome
-from mjxwalk.tournament import conditions
+from mjxwalk.tournament import conditions, steps
 from mjxwalk.tournament.conditions import Setting
 from mjxwalk.tournament.intervals import wilson
 from mjxwalk.tournament.results import Condition, Tournament
+from mjxwalk.tournament.steps import Steps
 from mjxwalk.walkers import Walkers
 
 # Folded into the seed's key, it leads away from all keys of runs, which fold in generations.
@@ -85,13 +86,14 @@ def winner(fitness: Float[np.ndarray, "entrant terrain"]) -> int:
     return len(mean) - 1 - int(np.argmax(mean[::-1]))
 
 
-def summarise(name: str, outcome: Outcome, weight: float) -> Condition:
+def summarise(name: str, outcome: Outcome, weight: float, walked: Steps) -> Condition:
     """Returns the figures of one walker's trials.
 
     Args:
       name: of the conditions.
       outcome: numpy arrays [1, terrain].
       weight: of the body, N.
+      walked: its steps.
     """
     distance = np.asarray(outcome.distance[0], np.float64)
     fell = np.asarray(outcome.fell[0])
@@ -107,8 +109,8 @@ def summarise(name: str, outcome: Outcome, weight: float) -> Condition:
         fall_rate_high=interval.high,
         cost_of_transport=cost_of_transport(outcome.work, outcome.distance, weight),
         speed_m_s=float(speeds.mean()) if speeds.size else None,
-        step_length_m=None,
-        double_stance=None,
+        step_length_m=walked.length_m,
+        double_stance=walked.double_stance,
     )
 
 
@@ -121,7 +123,8 @@ def _try(setting: Setting, genotype: Any, engine: str, say: Callable[[str], None
     say(f"{setting.name}: {setting.terrains.shape[0]} new terrains")
     evaluator = evaluation.make_evaluator(setting.experiment, engine)
     outcome = _evaluate(evaluator, genotype, setting.terrains)
-    return summarise(setting.name, outcome, setting.experiment.weight)
+    walked = steps.measure(setting, genotype, np.asarray(outcome.fell[0]), evaluator.engine)
+    return summarise(setting.name, outcome, setting.experiment.weight, walked)
 
 
 def _evaluate(evaluator: Any, population: Any, terrains: Shaped[Array, "terrain ..."]) -> Outcome:
