@@ -62,4 +62,4 @@ def write(folder: Path, tournament: Tournament, genotype: Any) -> None:
     results.write(folder, tournament, flatten(genotype))
 
 
-__all__ = ["Condition", "Tournament", "hold", "read", "write"]
+__all__ = ["SCREENING", "TERRAINS", "Condition", "Tournament", "hold", "read", "write"]

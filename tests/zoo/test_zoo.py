@@ -1,5 +1,6 @@
 """Tests of the walkers that ship: what is written is what is read, and nothing else gets in."""
 
+import importlib.util
 import io
 import json
 import shutil
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 import toy
 
-from mjxwalk import runs, walkers, zoo
+from mjxwalk import cli, runs, walkers, zoo
 from mjxwalk.cli import main
 from mjxwalk.errors import RunError
 from mjxwalk.runs.result import FILE as RESULT
@@ -96,6 +97,20 @@ def test_only_the_winner_of_the_newest_generation_ships(house: Path) -> None:
         shipping.ship(Path("a"), "toy", house)
     assert Path("a", RESULT).exists()
     assert not list(house.iterdir())
+
+
+def test_the_script_ships_the_winner(house: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = Path(__file__).parents[2] / "scripts" / "ship_winner.py"
+    spec = importlib.util.spec_from_file_location("ship_winner", path)
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    assert cli.run("ship_winner.py", script.ShipWinner, ["a", "toy"]) == 0
+    assert capsys.readouterr().out.startswith("zoo:toy: ")
+    assert sorted(path.name for path in house.iterdir()) == ["toy.json", "toy.npz"]
+    assert cli.run("ship_winner.py", script.ShipWinner, ["nowhere", "toy"]) == 2
+    assert capsys.readouterr().err.startswith("ship_winner.py: nowhere does not exist")
 
 
 @pytest.mark.parametrize("name", ["", "../toy", "toy.json", "a b", "-"])
