@@ -1,7 +1,6 @@
-"""Draws a run's champion as it walks: stick figures on their terrain, side by side in time."""
+"""Draws a walker as it walks: stick figures on their terrain, side by side in time."""
 
 import dataclasses
-import importlib.util
 import os
 import sys
 from pathlib import Path
@@ -9,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from mjxwalk import cli, runs
-from mjxwalk.cli.parsing import RunFolder
+from mjxwalk import cli, runs, walkers
+from mjxwalk.tournament.command import Source
 
-NEAR, FAR, GROUND = "#1f4e8c", "#9db7d6", "#b9b3a6"  # left leg, right leg, terrain
+SHORTEST = 0.01  # s between figures; closer ones cannot be told apart
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class StickFigures:
-    """Draw the champion, or the fittest so far of a run that is not finished.
+    """Draw the tournament's winner, else the champion, else the fittest so far.
 
     Attributes:
-      run_folder: the run's folder.
+      source: folder of a run, or a walker that ships with mjxwalk.
       out: the figure; its ending says which kind.
       start: of the first figure, s.
       duration: from there to the last one, s.
@@ -28,7 +27,7 @@ class StickFigures:
       terrain_seed: of the random terrain.
     """
 
-    run_folder: RunFolder
+    source: Source
     out: Path = Path("walker.png")
     start: float = 2.0
     duration: float = 4.0
@@ -39,59 +38,49 @@ class StickFigures:
         """Writes the figure and returns the exit code.
 
         Raises:
-          RunError: there is no such run, nothing to draw, or no matplotlib.
+          RunError: an argument is wrong, there is no such source, or nothing to draw.
         """
-        if importlib.util.find_spec("matplotlib") is None:
-            raise runs.RunError("matplotlib is missing; `mjxwalk doctor` says how to add it")
-        run = runs.load(self.run_folder)
-        arrays = run.champion or run.elite
-        if not arrays:
-            raise runs.RunError(f"{self.run_folder} has not saved a generation yet")
-        experiment = run.experiment()
-        genotype = runs.unflatten(experiment.template(), arrays)
+        if not (self.interval >= SHORTEST and self.start >= 0.0 and self.duration >= 0.0):
+            raise runs.RunError(
+                f"--interval must be at least {SHORTEST}, --start and --duration not negative, got "
+                f"{self.interval}, {self.start} and {self.duration}"
+            )
+        walkers.check(self.source)
+        figure = self._draw(walkers.best(self.source))
         try:
-            self._draw(experiment, genotype)
+            figure.savefig(self.out, facecolor="white")
         except (OSError, ValueError) as error:
             raise runs.RunError(f"{self.out} could not be written: {error}") from None
         print(self.out)
         return 0
 
-    def _draw(self, experiment: Any, genotype: Any) -> None:
+    def _draw(self, walker: walkers.Walker) -> Any:
         import jax
-        from matplotlib.figure import Figure
 
         from mjxwalk import engines, replay
+        from mjxwalk.analysis import figures
         from mjxwalk.envs import Terrain
 
         engines.prepare()
-        env = experiment.env
-        heights = experiment.sample_terrains(jax.random.key(self.terrain_seed), 1, 0)
+        experiment = walker.experiment
+        env, key = experiment.env, jax.random.key(self.terrain_seed)
+        heights = np.asarray(experiment.sample_terrains(key, 1, experiment.generations))
         terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
         recording = replay.record(
             env,
             experiment.controller,
-            jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype),
+            jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype),
             terrain,
-            duration=self.start + self.duration,
+            duration=max(self.start + self.duration, self.interval),
             frames_per_second=1.0 / self.interval,
         )
         walking = (recording.time[:, 0] >= self.start) & ~recording.done[:, 0]
-        figures = replay.skeleton(env, recording.states.qpos[:, 0])[walking]
-        if not len(figures):
+        skeletons = replay.skeleton(env, recording.states.qpos[walking, 0])
+        if not len(skeletons):
             raise runs.RunError(f"the walker's trial is over before {self.start} s")
-        left, right = figures[..., 0].min() - 0.2, figures[..., 0].max() + 0.2
-        low, high = figures[..., 1].min() - 0.15, figures[..., 1].max() + 0.1
-        canvas = Figure(figsize=(12, 12 * (high - low) / (right - left)), dpi=120)
-        axis = canvas.add_axes((0.0, 0.0, 1.0, 1.0))
         ground = env.terrain
         nodes = ground.start + ground.spacing * np.arange(ground.num_nodes)
-        axis.fill_between(nodes, heights[0], low, color=GROUND, linewidth=0)
-        for figure in figures:
-            for leg, colour in ((1, FAR), (0, NEAR)):
-                axis.plot(*figure[leg].T, color=colour, linewidth=2, solid_capstyle="round")
-        axis.set(xlim=(left, right), ylim=(low, high), aspect="equal")
-        axis.axis("off")
-        canvas.savefig(self.out, facecolor="white")
+        return figures.stick_figures(skeletons, nodes, heights[0])
 
 
 if __name__ == "__main__":

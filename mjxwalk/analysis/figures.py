@@ -1,0 +1,180 @@
+"""The paper's figures from our runs; each function returns a matplotlib figure.
+
+Solomon, Locascio & Hartmann (2013), Adaptive Behavior 21(1), doi 10.1177/1059712312462904, section
+3. Figures are made without pyplot, so that nothing stays behind and no display is needed.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from mjxwalk.analysis.angles import AngleDensity
+from mjxwalk.analysis.curves import Curve, PhaseCurves
+from mjxwalk.analysis.frame import Frame
+
+NEAR, FAR, GROUND = "#1f4e8c", "#9db7d6", "#b9b3a6"  # left leg, right leg, terrain
+BEST, MEAN = "#1f4e8c", "#c2571a"  # the fittest, the whole population
+COLOURS = ("#1f4e8c", "#c2571a", "#3f7f3f", "#7a4a8c")  # of groups that are compared
+
+
+def fitness_over_phases(phases: Sequence[PhaseCurves]) -> Figure:
+    """Returns Figure 4a: the fittest and the mean with their deviations, phase after phase.
+
+    Args:
+      phases: from `curves.average_phase`, in their order; an empty one has no place.
+    """
+    figure = Figure(figsize=(9, 4.5), layout="constrained")
+    axis: Any = figure.subplots()
+    start, bounds, centres = 0, [0], list[tuple[float, PhaseCurves]]()
+    for phase in phases:
+        if not len(phase):
+            continue
+        generations = start + 1 + np.arange(len(phase))
+        first = start == 0
+        _band(axis, generations, phase.best, BEST, "fittest" if first else None)
+        _band(axis, generations, phase.mean, MEAN, "mean" if first else None)
+        start += len(phase)
+        bounds.append(start)
+        centres.append((start - len(phase) / 2, phase))
+    for bound in bounds[1:-1]:
+        axis.axvline(bound + 0.5, color="0.6", linewidth=0.8, linestyle=":")
+    for centre, phase in centres:
+        place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center", "fontsize": 8}
+        runs = f"{phase.num_runs} run{'s' if phase.num_runs != 1 else ''}"
+        axis.annotate(
+            f"{phase.name}\n{runs}", (centre, 1), xycoords=("data", "axes fraction"), **place
+        )
+    axis.set(xlabel="generation", ylabel="fitness (m)", xlim=(0, max(start, 1)), ylim=(0, None))
+    if centres:
+        axis.legend(loc="lower right", frameon=False)
+    return figure
+
+
+def fitness_of_groups(groups: Sequence[PhaseCurves]) -> Figure:
+    """Returns Figure 4b: the fittest and the mean of several kinds of runs in one frame.
+
+    Args:
+      groups: from `curves.average_phase`; the first is drawn thick, as RSIL in the paper.
+    """
+    figure = Figure(figsize=(7, 4.5), layout="constrained")
+    axis: Any = figure.subplots()
+    for place, group in enumerate(groups):
+        generations = 1 + np.arange(len(group))
+        style = {"color": COLOURS[place % len(COLOURS)], "linewidth": 2.2 if place == 0 else 1.0}
+        label = f"{group.name}, {group.num_runs} run{'s' if group.num_runs != 1 else ''}"
+        axis.plot(generations, group.best.mean, label=f"{label}: fittest", **style)
+        axis.plot(generations, group.mean.mean, label=f"{label}: mean", linestyle="--", **style)
+    axis.set(xlabel="generation", ylabel="fitness (m)", ylim=(0, None))
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    if groups:
+        axis.legend(frameon=False)
+    return figure
+
+
+def stick_figures(
+    skeletons: Float[np.ndarray, "figure 2 7 2"],
+    ground_x: Float[np.ndarray, " node"],
+    ground_z: Float[np.ndarray, " node"],
+) -> Figure:
+    """Returns Figure 5: a planar walker at several times, on its terrain.
+
+    Args:
+      skeletons: from `mjxwalk.replay.skeleton`, at least one.
+      ground_x: where the terrain's nodes are, m.
+      ground_z: how high they are, m.
+
+    Raises:
+      ValueError: there is no figure to draw.
+    """
+    if not len(skeletons):
+        raise ValueError("there are no stick figures to draw")
+    left, right = skeletons[..., 0].min() - 0.2, skeletons[..., 0].max() + 0.2
+    low, high = skeletons[..., 1].min() - 0.15, skeletons[..., 1].max() + 0.1
+    figure = Figure(figsize=(12, 12 * (high - low) / (right - left)), dpi=120)
+    axis: Any = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axis.fill_between(ground_x, ground_z, low, color=GROUND, linewidth=0)
+    for skeleton in skeletons:
+        for leg, colour in ((1, FAR), (0, NEAR)):
+            axis.plot(*skeleton[leg].T, color=colour, linewidth=2, solid_capstyle="round")
+    axis.set(xlim=(left, right), ylim=(low, high), aspect="equal")
+    axis.axis("off")
+    return figure
+
+
+def angle_densities(density: AngleDensity) -> Figure:
+    """Returns Figure 6: how often each angle is where over a step; white is the most frequent.
+
+    The line is the average course.
+    """
+    figure = Figure(figsize=(9, 8.5), layout="constrained")
+    axes: Any = figure.subplots(4, 2, sharex=True).ravel()
+    middles = 100 * (np.arange(density.counts.shape[1]) + 0.5) / density.counts.shape[1]
+    shown = zip(axes, density.names, density.edges, density.whiteness, density.mean, strict=False)
+    for axis, name, edges, whiteness, mean in shown:
+        extent = (0, 100, edges[0], edges[-1])
+        axis.imshow(
+            whiteness.T, cmap="gray", vmin=0, vmax=1, origin="lower", aspect="auto", extent=extent
+        )
+        axis.plot(middles, mean, color=MEAN, linewidth=0.8)
+        axis.set_title(name, fontsize=10)
+        axis.set_ylabel("angle (°)")
+        axis.set_ylim(*_occupied(whiteness, edges))
+    # The eighth place says what the seven show.
+    axes[-1].axis("off")
+    text = f"{density.steps} steps\nwhite: most frequent angle\nof its slice; line: mean"
+    axes[-1].text(0.5, 0.5, text, ha="center", va="center", transform=axes[-1].transAxes)
+    for axis in axes[5:7]:
+        axis.set_xlabel("step (%)")
+        axis.tick_params(labelbottom=True)
+    return figure
+
+
+def link_survival(counts: Frame, num_runs: int, bold: Any = None) -> Figure:
+    """Returns Table 3 as a picture: in how many runs each link is left.
+
+    Args:
+      counts: from `links.survival_table`.
+      num_runs: that were counted.
+      bold: whether each link is in the reduced set, [network, input]; None for no marks.
+    """
+    figure = Figure(figsize=(6.5, 6.5), layout="constrained")
+    axis: Any = figure.subplots()
+    image = axis.imshow(counts.to_numpy() / num_runs, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    for (row, column), count in np.ndenumerate(counts.to_numpy()):
+        marked = bold is not None and bold[column, row]
+        axis.text(
+            column,
+            row,
+            str(count),
+            ha="center",
+            va="center",
+            fontsize=8,
+            fontweight="bold" if marked else "normal",
+            color="white" if count > 0.6 * num_runs else "black",
+        )
+    axis.set_xticks(range(counts.shape[1]), counts.columns, rotation=30, ha="right")
+    axis.set_yticks(range(counts.shape[0]), counts.index)
+    axis.set(xlabel="network", ylabel="input")
+    figure.colorbar(image, label=f"share of {num_runs} runs in which the link is left")
+    return figure
+
+
+def _band(axis: Any, x: Any, curve: Curve, colour: str, label: str | None) -> None:
+    axis.plot(x, curve.mean, color=colour, linewidth=1.2, label=label)
+    axis.fill_between(
+        x, curve.mean - curve.sd, curve.mean + curve.sd, color=colour, alpha=0.2, linewidth=0
+    )
+
+
+def _occupied(whiteness: Any, edges: Any) -> tuple[float, float]:
+    """Returns the part of an angle's range where walkers are, degrees."""
+    there = np.flatnonzero((whiteness > 0.02).any(axis=0))
+    if not there.size:
+        return float(edges[0]), float(edges[-1])
+    margin = 2 * (edges[1] - edges[0])
+    low = max(edges[0], edges[there[0]] - margin)
+    return float(low), float(min(edges[-1], edges[there[-1] + 1] + margin))

@@ -1,0 +1,73 @@
+"""Draws how often each angle of a walker is where over a step."""
+
+import dataclasses
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+from mjxwalk import cli, runs, walkers
+from mjxwalk.tournament.command import Source
+
+AT_ONCE = 100  # trials that are recorded together; ours: some 300 MB for 60 s
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class AngleDensity:
+    """Draw the density of a walker's seven angles over a step, on new terrains.
+
+    Trials with a fall do not count.
+
+    Attributes:
+      source: folder of a run, or a walker that ships with mjxwalk.
+      out: the figure; its ending says which kind.
+      trials: every one on a terrain of its own.
+      seed: of the terrains.
+      engine: what runs the trials; auto takes the fastest on this machine.
+    """
+
+    source: Source
+    out: Path = Path("angles.png")
+    trials: int = 100
+    seed: int = 0
+    engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
+
+    def run(self) -> int:
+        """Writes the figure and returns the exit code.
+
+        Raises:
+          RunError: an argument is wrong, there is no such source, or nothing to draw.
+        """
+        if self.trials < 1:
+            raise runs.RunError(f"--trials must be at least 1, got {self.trials}")
+        walkers.check(self.source)
+        from mjxwalk import engines
+        from mjxwalk.analysis import angles, figures
+
+        engines.prepare()
+        walker = walkers.best(self.source)
+        density = angles.angle_density(self._recordings(walker), walker.experiment.env)
+        if not density.steps:
+            raise runs.RunError(f"{self.source} takes no whole step in a trial without a fall")
+        try:
+            figures.angle_densities(density).savefig(self.out, dpi=150)
+        except (OSError, ValueError) as error:
+            raise runs.RunError(f"{self.out} could not be written: {error}") from None
+        print(self.out)
+        return 0
+
+    def _recordings(self, walker: walkers.Walker) -> Iterator[Any]:
+        from mjxwalk.analysis.trials import record_trials
+
+        for place, first in enumerate(range(0, self.trials, AT_ONCE)):
+            yield record_trials(
+                walker.experiment,
+                walker.genotype,
+                trials=min(AT_ONCE, self.trials - first),
+                seed=self.seed + place,
+                engine=self.engine,
+            )
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run("angle_density.py", AngleDensity))
