@@ -9,7 +9,7 @@ import numpy as np
 from jax.typing import DTypeLike
 from jaxtyping import Array
 
-from mjxwalk.strategies.base import Genotype, IntTree, Tree
+from mjxwalk.strategies.base import Genotype, Tree
 
 
 def match_template(
@@ -35,8 +35,8 @@ def match_template(
     return _spread(field, prefix, template, spread)
 
 
-def match_links(links: Tree, template: Genotype) -> IntTree:
-    """Returns the number of each weight's link, in the template's shapes, known while tracing.
+def match_links(links: Tree, template: Genotype) -> Tree:
+    """Returns the number of each weight's link, as numpy arrays in the template's shapes.
 
     Args:
       links: one whole number, or a pytree prefix of the template as `match_template` takes; weights

@@ -77,7 +77,11 @@ def with_restarts(
         stuck = (going_on.age == after) & (best < below)
         if max_age is not None:
             stuck |= going_on.age == max_age
-        anew = start(key_start, state.template, state.num_restarts + 1)
-        return jax.tree.map(lambda a, b: jnp.where(stuck, a, b), anew, going_on), metrics
+        return jax.lax.cond(
+            stuck,
+            lambda key: start(key, state.template, state.num_restarts + 1),
+            lambda key: going_on,
+            key_start,
+        ), metrics
 
     return Strategy(population_size=strategy.population_size, init=init, ask=ask, tell=tell)

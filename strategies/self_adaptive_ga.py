@@ -9,7 +9,7 @@ copied; every other offspring is, with probability 1/4, a discrete crossover of 
 each weight from either parent. Mutation adds N(0, sigma) to all weights. Learning rates, one for
 each controller network, evolve beside the weights and change the size of mutations. Every genotype
 is evaluated anew each generation, the elite too, because each generation has its own terrain; here
-that is for the caller of `tell` to decide. `self_adaptive_breeding` makes a single offspring.
+that is for the caller of `tell` to decide. `self_adaptive_breeding` makes the offspring.
 
 The rule for the learning rates is lost from the text that is left, and much around it is unsaid.
 Ours:
@@ -22,7 +22,6 @@ Ours:
 
 import functools
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -30,7 +29,7 @@ import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float, Int, PRNGKeyArray, Shaped
 
-from mjxwalk.strategies import checks, operators
+from mjxwalk.strategies import checks, draws, operators, prefixes
 from mjxwalk.strategies.base import (
     Genotype,
     Mask,
@@ -41,8 +40,7 @@ from mjxwalk.strategies.base import (
 )
 from mjxwalk.strategies.metrics import summarise_fitness
 from mjxwalk.strategies.operators import Individual
-from mjxwalk.strategies.prefixes import check_mask, count_groups, match_template
-from mjxwalk.strategies.self_adaptive_breeding import ScalarLike, make_offspring
+from mjxwalk.strategies.self_adaptive_breeding import Breeding, ScalarLike, breed, number_apart
 
 PARENT_FRACTION = 0.2  # Solomon et al. (2013), section 2.7.3, selection
 NUM_ELITES = 1  # section 2.7.3 in 2D; the paper's 3D runs have none
@@ -96,6 +94,7 @@ class _Settings(NamedTuple):
     sigma: Tree
     initial_sigma: Tree
     groups: Tree
+    links: Tree
     mask: Tree
     crossover_fraction: ScalarLike
     mutation_fraction: ScalarLike
@@ -115,13 +114,14 @@ def self_adaptive_ga(
     learning_rate_tau: ScalarLike | None = None,
     minimum_learning_rate: ScalarLike = MINIMUM_LEARNING_RATE,
     groups: Tree = None,
+    links: Tree = -1,
     mask: Tree = None,
     keep_template: bool = False,
 ) -> Strategy[SelfAdaptiveGAState, SelfAdaptiveGAMetrics]:
     """Returns the self-adaptive genetic algorithm of Solomon et al. (2013), section 2.7.
 
-    `sigma`, `initial_sigma`, `groups` and `mask` are one value for all weights, or a pytree prefix
-    of the template whose leaves broadcast to the template's.
+    `sigma`, `initial_sigma`, `groups`, `links` and `mask` are one value for all weights, or a
+    pytree prefix of the template whose leaves broadcast to the template's.
 
     Args:
       population_size: genotypes in a generation.
@@ -136,7 +136,9 @@ def self_adaptive_ga(
       minimum_learning_rate: smallest learning rate.
       groups: index of the learning rate that scales each weight, one for each controller network,
         numbered from 0 without gaps; None for one rate.
-      mask: links that every individual starts with; None for all.
+      links: number of the link that each weight belongs to: all weights of a link are from the same
+        parent. A weight of a negative number is a link by itself.
+      mask: weights that every individual starts with; None for all.
       keep_template: whether genotype 0 of generation 0 is the template itself.
 
     Raises:
@@ -149,11 +151,12 @@ def self_adaptive_ga(
         population_size=population_size,
         num_parents=max(1, round(parent_fraction * population_size)),
         num_elites=num_elites,
-        num_groups=count_groups(groups),
+        num_groups=prefixes.count_groups(groups),
         keep_template=keep_template,
         sigma=sigma,
         initial_sigma=initial_sigma,
         groups=groups,
+        links=links,
         mask=True if mask is None else mask,
         crossover_fraction=crossover_fraction,
         mutation_fraction=mutation_fraction,
@@ -171,15 +174,16 @@ def self_adaptive_ga(
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> SelfAdaptiveGAState:
     checks.check_template(template)
-    match_template("sigma", settings.sigma, template)
-    match_template("groups", settings.groups, template, jnp.int32)
-    initial_sigma = match_template("initial_sigma", settings.initial_sigma, template)
-    mask = match_template("mask", settings.mask, template, bool)
+    _breeding(settings, template)  # to refuse what does not fit before anything is evaluated
+    initial_sigma = prefixes.match_template("initial_sigma", settings.initial_sigma, template)
+    mask = prefixes.match_template("mask", settings.mask, template, bool)
     start = Individual(operators.remove_masked(template, mask), mask)
 
-    keys = jax.random.split(key, settings.population_size)
-    mutate = jax.vmap(operators.gaussian_mutation, in_axes=(0, None, None))
-    population, masks = mutate(keys, start, initial_sigma)
+    everyone = jax.tree.map(
+        lambda leaf: jnp.broadcast_to(leaf, (settings.population_size, *leaf.shape)), start
+    )
+    noise = draws.normal_like(key, everyone.genotype)
+    population, masks = operators.gaussian_mutation(everyone, initial_sigma, noise)
     if settings.keep_template:
         population = jax.tree.map(lambda p, w: p.at[0].set(w), population, start.genotype)
     rate_dtype = jnp.promote_types(jnp.result_type(*jax.tree.leaves(template)), jnp.float32)
@@ -218,9 +222,9 @@ def _tell(
     parents, parent_rates = operators.take(told, order[: settings.num_parents])
     elites = operators.take(told, order[: settings.num_elites])
 
-    keys = jax.random.split(key, settings.population_size - settings.num_elites)
-    make = jax.vmap(_offspring_maker(settings, state.best_genotype), in_axes=(0, None, None))
-    offspring = make(keys, parents, parent_rates)
+    num_offspring = settings.population_size - settings.num_elites
+    how = _breeding(settings, state.best_genotype)
+    offspring = breed(key, num_offspring, parents, parent_rates, how)
     individuals, learning_rates = jax.tree.map(
         lambda *parts: jnp.concatenate(parts), elites, offspring
     )
@@ -239,19 +243,19 @@ def _tell(
     return new_state, metrics
 
 
-def _offspring_maker(
-    settings: _Settings, template: Genotype
-) -> Callable[..., tuple[Individual, Float[Array, " groups"]]]:
-    """Returns `make_offspring` for flattened genotypes, with its settings filled in."""
+def _breeding(settings: _Settings, template: Genotype) -> Breeding:
+    """Returns how flattened genotypes breed."""
+    num_weights = sum(leaf.size for leaf in jax.tree.leaves(template))
     tau = settings.learning_rate_tau
     if tau is None:
-        num_weights = sum(leaf.size for leaf in jax.tree.leaves(template))
         # ours: the step Beyer & Schwefel (2002) advise for rugged landscapes of n dimensions
         tau = 1 / math.sqrt(2 * num_weights)
-    return functools.partial(
-        make_offspring,
-        sigma=ravel_pytree(match_template("sigma", settings.sigma, template))[0],
-        groups=ravel_pytree(match_template("groups", settings.groups, template, jnp.int32))[0],
+    return Breeding(
+        sigma=ravel_pytree(prefixes.match_template("sigma", settings.sigma, template))[0],
+        groups=ravel_pytree(
+            prefixes.match_template("groups", settings.groups, template, jnp.int32)
+        )[0],
+        links=number_apart(prefixes.match_links(settings.links, template)),
         crossover_fraction=settings.crossover_fraction,
         mutation_fraction=settings.mutation_fraction,
         learning_rate_tau=tau,
@@ -270,7 +274,8 @@ def _check(settings: _Settings) -> None:
     )
     checks.check_numbers("sigma", settings.sigma, minimum=0.0)
     checks.check_numbers("initial_sigma", settings.initial_sigma, minimum=0.0)
-    check_mask(settings.mask)
+    prefixes.check_links(settings.links)
+    prefixes.check_mask(settings.mask)
     checks.check_numbers(
         "crossover_fraction", settings.crossover_fraction, minimum=0.0, maximum=1.0
     )
