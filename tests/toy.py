@@ -96,7 +96,7 @@ class Toy:
         """Returns the strategy's state with another put in."""
         if self.pruning is None:
             return runs.unflatten(state, before)
-        return strategy.begin(runs.unflatten(state.inner, before), elite_fitness)
+        return jax.jit(strategy.begin)(runs.unflatten(state.inner, before), elite_fitness)
 
     def finer(self, factor: int) -> "Toy":
         """Returns the toy with another time step, which changes nothing."""

@@ -4,6 +4,7 @@ A run is a function of its settings and its seed. Generation g, counted from 1, 
 draws from fold_in(key(seed), g); fold_in(key(seed), 0) serves what comes before and after them.
 """
 
+import functools
 import time
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -146,7 +147,8 @@ class Evolution:
         self._experiment = experiment
         self._evaluator = evaluator
         self._finer = finer
-        strategy = self._strategy = experiment.make_strategy()
+        strategy = experiment.make_strategy()
+        self._take_over = functools.partial(experiment.take_over, strategy)
         self._init = jax.jit(strategy.init)
         self._ask = jax.jit(strategy.ask)
         self._tell = jax.jit(strategy.tell)
@@ -170,11 +172,8 @@ class Evolution:
         key_init, _ = outer_keys(key)
         strategy = _on_host(self._init(key_init, template))
         if given is not None and given.strategy:
-            strategy = _on_host(
-                self._experiment.take_over(
-                    self._strategy, strategy, given.strategy, given.elite_fitness
-                )
-            )
+            taken = self._take_over(strategy, given.strategy, given.elite_fitness)
+            strategy = _on_host(taken)
         population, _ = jax.eval_shape(self._ask, key, strategy)
         size = jax.tree.leaves(population)[0].shape[0]
         empty = np.full(size, np.nan, np.float32)

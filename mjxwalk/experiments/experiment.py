@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, Literal
 
+import jax
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk import strategies
@@ -140,7 +141,7 @@ class Experiment:
         if self.pruning is None:
             return unflatten(state, before)
         pruner: Any = strategy
-        return pruner.begin(unflatten(state.inner, before), elite_fitness)
+        return jax.jit(pruner.begin)(unflatten(state.inner, before), elite_fitness)
 
     def sample_terrains(
         self, key: PRNGKeyArray, num: int, generation: int
