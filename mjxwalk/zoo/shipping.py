@@ -1,16 +1,13 @@
 """Makes an entry of the zoo from a run and its tournament."""
 
-import json
-import shlex
 from pathlib import Path
-from typing import Any
 
 import mjxwalk
-from mjxwalk import experiments, runs, settings, walkers
+from mjxwalk import runs, settings, walkers
 from mjxwalk.errors import RunError
 from mjxwalk.runs.trees import flatten
 from mjxwalk.tournament import results
-from mjxwalk.zoo import entries
+from mjxwalk.zoo import entries, repeating
 from mjxwalk.zoo.entries import Provenance
 
 
@@ -42,29 +39,8 @@ def ship(path: Path, name: str, zoo: Path, *, command: str | None = None) -> Pro
         engine=run.manifest.get("engine", run.config["engine"]),
         mjxwalk=run.manifest.get("mjxwalk", mjxwalk.__version__),
         commit=run.manifest.get("commit"),
-        command=command or _command(run, walker.experiment),
+        command=command or repeating.command(run, walker.experiment),
         tournament=held,
     )
     entries.write(zoo, name, provenance, flatten(walker.genotype))
     return provenance
-
-
-def _command(run: runs.Run, experiment: Any) -> str:
-    """Returns the command that repeats a run, as far as its settings tell."""
-    words = ["mjxwalk", "evolve", experiment.name, "--seed", str(run.config["seed"])]
-    origin = run.config.get("origin")
-    if origin is not None:
-        words += ["--from", str(origin["source"])]
-    usual = settings.to_data(experiments.get(experiment.name))
-    for path, value in _differences(usual, settings.to_data(experiment), ""):
-        words += ["--set", f"{path}={value if isinstance(value, str) else json.dumps(value)}"]
-    return shlex.join(words)
-
-
-def _differences(usual: Any, data: Any, path: str) -> list[tuple[str, Any]]:
-    if isinstance(usual, dict) and isinstance(data, dict):
-        found: list[tuple[str, Any]] = []
-        for name, value in data.items():
-            found += _differences(usual.get(name), value, f"{path}.{name}" if path else name)
-        return found
-    return [] if data == usual else [(path, data)]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import toy
 
-from mjxwalk import cli, runs, walkers, zoo
+from mjxwalk import cli, experiments, runs, walkers, zoo
 from mjxwalk.cli import main
 from mjxwalk.errors import RunError
 from mjxwalk.runs.result import FILE as RESULT
@@ -73,6 +73,26 @@ def test_the_command_that_is_told_makes_the_same_run_again(house: Path) -> None:
     again = runs.load("again")
     assert again.experiment() == runs.load("a").experiment()
     assert again.config == runs.load("a").config
+
+
+@pytest.mark.slow  # evolves all phases of a study
+def test_the_command_of_a_phase_makes_its_whole_study_again(house: Path) -> None:
+    study, changes = next(iter(experiments.studies())), ["--scale", "0.5", "--seed", "2"]
+    first = experiments.phases(study)[0]
+    changes += ["--set", f"{first}.env.friction=0.5"]
+    assert main(["evolve", study, *changes, "--out", "whole"]) == 0
+    phases = sorted(path for path in Path("whole").iterdir() if path.is_dir())
+    command = shipping.ship(phases[-1], "phase", house).command
+    assert command.split() == [
+        "mjxwalk",
+        "evolve",
+        study,
+        "--seed",
+        "2",
+        "--scale",
+        *changes[1:2],
+        *changes[4:],
+    ]
 
 
 def test_a_walker_of_the_zoo_can_be_tried_and_is_listed(

@@ -1,0 +1,61 @@
+"""Which command makes a run again, from the settings in its folder."""
+
+import json
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from mjxwalk import experiments, settings
+from mjxwalk.runs import Run, study
+
+
+def command(run: Run, experiment: Any) -> str:
+    """Returns the command that makes a run, or the study that it is a phase of, once more.
+
+    Args:
+      run: as it is on disk.
+      experiment: that was run.
+
+    Raises:
+      RunError: the study's settings cannot be read.
+      ValueError: there is no such experiment or study any more.
+    """
+    whole = run.path.resolve().parent
+    if study.is_study(whole):
+        return _of_study(whole)
+    words = ["mjxwalk", "evolve", experiment.name, "--seed", str(run.config["seed"])]
+    origin = run.config.get("origin")
+    if origin is not None:
+        words += ["--from", str(origin["source"])]
+    return shlex.join([*words, *_changes(experiments.get(experiment.name), experiment)])
+
+
+def _of_study(path: Path) -> str:
+    made = study.read(path)
+    usual = experiments.get_study(made.name).scaled(made.scale)
+    words = ["mjxwalk", "evolve", made.name, "--seed", str(made.seed)]
+    if made.scale != 1.0:
+        words += ["--scale", str(made.scale)]
+    for name, experiment in made.phases:
+        words += _changes(usual.phase(name), experiment, f"{name}.")
+    return shlex.join(words)
+
+
+def _changes(usual: Any, experiment: Any, prefix: str = "") -> list[str]:
+    """Returns the arguments that turn one experiment into another of the same name."""
+    words: list[str] = []
+    for path, value in _differences(settings.to_data(usual), settings.to_data(experiment), ""):
+        words += [
+            "--set",
+            f"{prefix}{path}={value if isinstance(value, str) else json.dumps(value)}",
+        ]
+    return words
+
+
+def _differences(usual: Any, data: Any, path: str) -> Iterator[tuple[str, Any]]:
+    if isinstance(usual, dict) and isinstance(data, dict):
+        for name, value in data.items():
+            yield from _differences(usual.get(name), value, f"{path}.{name}" if path else name)
+    elif data != usual:
+        yield path, data
