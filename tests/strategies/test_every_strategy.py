@@ -2,6 +2,7 @@
 
 import functools
 import pickle
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from mjxwalk import strategies
-from mjxwalk.strategies import Strategy
+from mjxwalk.strategies import Strategy, with_pruning
 
 
 class Case(NamedTuple):
@@ -21,15 +22,22 @@ class Case(NamedTuple):
       options: hyper-parameters besides the population size.
       smallest_population: fewest genotypes that it takes.
       by_rank: whether only the order of fitness counts.
+      wrap: makes another strategy of it.
+      wrapping: what that is.
     """
 
     name: str
     options: dict[str, Any]
     smallest_population: int = 2
     by_rank: bool = True
+    wrap: Callable[[Strategy[Any, Any]], Strategy[Any, Any]] = lambda strategy: strategy
+    wrapping: str = ""
 
 
-CASES = [Case("self-adaptive-ga", {"sigma": 0.1, "initial_sigma": 0.5})]
+GA = Case("self-adaptive-ga", {"sigma": 0.1, "initial_sigma": 0.5})
+# Any template fits, as none of its weights may go; `test_pruning` has those that do.
+PRUNING = functools.partial(with_pruning, links=-1, every=2, reference=2, window=2, settle=2)
+CASES = [GA, GA._replace(wrap=PRUNING, wrapping=", pruned")]
 
 POPULATION_SIZE = 20
 NUM_GENERATIONS = 30
@@ -39,13 +47,18 @@ TEMPLATE = {
 }
 TARGET = -1.0
 
-every_strategy = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+every_strategy = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name + case.wrapping)
+
+
+def _make(case: Case, population_size: int) -> Strategy[Any, Any]:
+    made = strategies.make(case.name, population_size=population_size, **case.options)
+    return case.wrap(made)
 
 
 @functools.cache
 def _compiled(index: int, population_size: int) -> tuple[Strategy[Any, Any], Any]:
     case = CASES[index]
-    strategy = strategies.make(case.name, population_size=population_size, **case.options)
+    strategy = _make(case, population_size)
     # One compilation of `tell` serves every test that has the same shapes.
     jitted = Strategy(
         population_size=strategy.population_size,
@@ -264,4 +277,4 @@ def test_wrong_shapes_and_templates_are_refused(case: Case):
 @pytest.mark.parametrize("population_size", [0, 1, -4])
 def test_a_population_too_small_is_refused(case: Case, population_size: int):
     with pytest.raises(ValueError, match=rf"population_size must be .*got {population_size}"):
-        strategies.make(case.name, population_size=population_size, **case.options)
+        _make(case, population_size)
