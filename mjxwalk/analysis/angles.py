@@ -18,7 +18,7 @@ from mjxwalk.controllers.linear_reactive import ANGLES
 from mjxwalk.replay import Recording
 
 SLICES = 100  # of a step's time; ours
-BINS = 120  # of an angle's range; ours
+BINS = 240  # of an angle's range; ours
 SETTLED = 3.0  # s; ours: gait initiation is over, and a few steps more
 SHORTEST_STEP = 0.15  # s; ours: a change of roles and back, as in a stumble, is no step
 # degrees; ours: what walkers do that do not fall, by angle, so that figures can be compared.

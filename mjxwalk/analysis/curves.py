@@ -66,7 +66,7 @@ def average_phase(
     return PhaseCurves(name, curves[0], curves[1], len(metrics))
 
 
-def average(series: Sequence[Float[np.ndarray, " any"]]) -> Curve:
+def average(series: Sequence[Float[np.ndarray, " _"]]) -> Curve:
     """Returns the average of series that may end at different times or lack values (NaN)."""
     longest = max((len(each) for each in series), default=0)
     table = np.full((len(series), longest), np.nan)
@@ -80,7 +80,7 @@ def average(series: Sequence[Float[np.ndarray, " any"]]) -> Curve:
 
 
 def stretched(
-    series: Sequence[Float[np.ndarray, " any"]], length: int | None = None
+    series: Sequence[Float[np.ndarray, " _"]], length: int | None = None
 ) -> list[Float[np.ndarray, " generation"]]:
     """Returns series stretched or squeezed to one length, by linear interpolation.
 
@@ -96,18 +96,26 @@ def stretched(
     return [np.interp(places, np.linspace(0.0, 1.0, len(each)), each) for each in kept]
 
 
+def settled_generations(strategy_state: Mapping[str, Any]) -> int:
+    """Returns how many generations a pruned run has gone on since pruning ended, 0 before that.
+
+    Args:
+      strategy_state: as `mjxwalk.runs.Run.strategy_state` has it.
+    """
+    stopped_at = int(strategy_state["stopped_at"])
+    return int(strategy_state["age"]) - stopped_at if stopped_at >= 0 else 0
+
+
 def split_pruning(
-    metrics: Mapping[str, Any], settle: int, *, finished: bool = True
+    metrics: Mapping[str, Any], settled: int
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Returns the metrics of a pruned run while links went, and after that.
 
     Args:
       metrics: of the run, columns as in `mjxwalk.runs.Run.metrics`.
-      settle: generations that follow the end of pruning.
-      finished: whether pruning came to its end; if not, all of the run is pruning.
+      settled: generations since pruning ended, from `settled_generations`.
     """
-    num = len(metrics["generation"])
-    until = max(num - settle, 0) if finished else num
+    until = max(len(metrics["generation"]) - settled, 0)
     parts = (slice(None, until), slice(until, None))
     first, second = ({name: column[part] for name, column in metrics.items()} for part in parts)
     return first, second

@@ -25,7 +25,7 @@ def fitness_over_phases(phases: Sequence[PhaseCurves]) -> Figure:
     """Returns Figure 4a: the fittest and the mean with their deviations, phase after phase.
 
     Args:
-      phases: from `curves.average_phase`, in their order; an empty one has no place.
+      phases: from `curves.average_phase`, in their order; an empty one takes no room.
     """
     figure = Figure(figsize=(9, 4.5), layout="constrained")
     axis: Any = figure.subplots()

@@ -1,5 +1,6 @@
 """What the analysis needs of a recording, for any body: contacts, feet, and angles by role."""
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -31,8 +32,7 @@ class Footfalls(NamedTuple):
 
 def observe(recording: Recording, env: Environment) -> Any:
     """Returns what the walkers sensed, leaves [frame, walker, ...]; numpy."""
-    observations = jax.jit(jax.vmap(jax.vmap(env.observe)))(recording.states)
-    return jax.tree.map(np.asarray, observations)
+    return jax.tree.map(np.asarray, _over_frames(env.observe)(recording.states))
 
 
 def find_footfalls(
@@ -74,5 +74,10 @@ def role_angles(
     """
     frames = len(observations.time)
     left = [np.pad(each.left_stance, (0, frames - len(each.time)), "edge") for each in footfalls]
-    senses = jax.jit(jax.vmap(jax.vmap(sense)))(observations, np.stack(left, axis=1))
-    return np.asarray(senses.angle)
+    return np.asarray(_over_frames(sense)(observations, np.stack(left, axis=1)).angle)
+
+
+@functools.lru_cache(maxsize=8)
+def _over_frames(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Returns a function of one walker in one frame for all frames and walkers."""
+    return jax.jit(jax.vmap(jax.vmap(function)))

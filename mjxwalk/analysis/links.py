@@ -8,6 +8,7 @@ that links are read off genotypes.
 from collections.abc import Sequence
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -28,7 +29,7 @@ def presence(genotypes: Sequence[Any]) -> Bool[np.ndarray, "run network input"]:
 
 def survivors(present: Bool[np.ndarray, "run network input"]) -> Int[np.ndarray, "network input"]:
     """Returns in how many runs each link is left."""
-    return np.asarray(survival(present))
+    return np.asarray(survival(jnp.asarray(present)))
 
 
 def retention(present: Bool[np.ndarray, "run network input"]) -> Float[np.ndarray, " network"]:
@@ -44,7 +45,8 @@ def reduced(
     present: Bool[np.ndarray, "run network input"], *, threshold: float = SURVIVAL_THRESHOLD
 ) -> Bool[np.ndarray, "network input"]:
     """Returns the links that are left in at least a share of the runs, and the local ones."""
-    mask = reduce_links(survivors(present), len(present), threshold=threshold)
+    counts = jnp.asarray(survivors(present))
+    mask = reduce_links(counts, len(present), threshold=threshold)
     return np.asarray(mask) | local_links()
 
 

@@ -96,8 +96,9 @@ def debounced(
     """Returns contacts without phases that are too short to belong to a gait.
 
     First, gaps between touches are closed, so that a foot that bounces touches down at its first
-    touch; then touches that are still short are taken out. What lasts too short at the end, where
-    nobody knows how it goes on, counts as what came before.
+    touch, and one that drags along the ground touches it; then touches that are still short are
+    taken out. What lasts too short at the end, where nobody knows how it goes on, counts as what
+    came before.
 
     Args:
       contact: whether each foot touches the ground.
