@@ -36,6 +36,7 @@ COMMANDS: Mapping[str, Entry] = {
     "tournament": Entry(
         "mjxwalk.tournament.command", "HoldTournament", "find the best walker of a run and try it"
     ),
+    "report": Entry("mjxwalk.report.command", "Report", "write one page on runs, beside the paper"),
     "list": Entry("mjxwalk.cli.list", "List", "show experiments, the zoo, and runs"),
     "doctor": Entry("mjxwalk.doctor", "Doctor", "show versions, devices, and what is missing"),
     "bench": Entry("mjxwalk.bench.command", "Bench", "measure how fast the engines are here"),

@@ -1,0 +1,105 @@
+"""Puts a report together."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from mjxwalk.report import (
+    benchmarks,
+    fitness,
+    links,
+    ran,
+    recorded,
+    remarks,
+    sources,
+    walking,
+    winners,
+)
+from mjxwalk.report.parts import Page, count, number, percent
+from mjxwalk.report.sources import Phase, Source
+
+REFERENCES = (
+    'The paper: Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and '
+    '3D bipedal walking over rough terrain", Adaptive Behavior 21(1), doi '
+    "10.1177/1059712312462904. The bodies of its tables cannot be had; what its text tells stands "
+    "here, and the rest is lost.",
+    'Adults: Fukuchi, Fukuchi & Duarte (2018), "A public dataset of overground and treadmill '
+    'walking kinematics and kinetics in healthy individuals", PeerJ 6:e4640, data at doi '
+    "10.6084/m9.figshare.5722711, CC BY 4.0.",
+)
+
+
+def build(
+    paths: Sequence[Path],
+    *,
+    num_trials: int,
+    seed: int,
+    engine: str,
+    say: Callable[[str], None],
+) -> Page:
+    """Returns the page on some folders.
+
+    Args:
+      paths: of runs and studies, at least one.
+      num_trials: of each winner that is recorded; 0 to record none.
+      seed: of their terrains.
+      engine: that runs the trials.
+      say: is told what begins.
+
+    Raises:
+      RunError: a folder cannot be read, or the runs cannot be averaged.
+      ValueError: there is no such engine.
+    """
+    read = [sources.read(path) for path in paths]
+    variants = sources.by_variant(read)
+    found: dict[str, recorded.Recorded] = {}
+    if num_trials:
+        found = recorded.record(variants, num_trials=num_trials, seed=seed, engine=engine, say=say)
+    why_not = (
+        "Table 5 and Figures 5 and 6 are of planar walkers."
+        if num_trials
+        else "Table 5 and Figures 5 and 6 were left out; --trials 100 makes them."
+    )
+    return Page(
+        title=_title(read),
+        lead=_lead(read, variants),
+        remarks=tuple(remarks.find(read, variants)),
+        sections=(
+            ran.section(read),
+            fitness.section(variants),
+            winners.section(variants),
+            benchmarks.section(variants),
+            links.section(variants),
+            walking.section(found, why_not=why_not),
+        ),
+        references=REFERENCES,
+    )
+
+
+def _title(read: Sequence[Source]) -> str:
+    names = list(dict.fromkeys(source.name for source in read))
+    return f"{' and '.join(names)}, {count(len(read), 'run')}"
+
+
+def _lead(read: Sequence[Source], variants: Mapping[str, Sequence[Phase]]) -> tuple[str, ...]:
+    """Returns what was run and what came out, a sentence for each phase."""
+    phases = [phase for source in read for phase in source.phases]
+    steps = sum(int(phase.run.metrics["physics_steps"].sum()) for phase in phases)
+    generations = sum(len(phase.run.metrics["generation"]) for phase in phases)
+    wall = ran.duration(sum(map(ran.wall_time, phases)))
+    told = [
+        f"{count(generations, 'generation')} and {number(steps / 1e6, 1)} million physics steps in "
+        f"{wall}."
+    ]
+    for name, given in variants.items():
+        usual = [each for each in map(winners.usual, given) if each is not None]
+        if usual:
+            tried = winners.gathered(usual)
+            one = len(usual) == 1
+            who = "the winner walks" if one else f"{len(usual)} winners walk"
+            falls = percent(tried.falls / tried.trials)
+            told.append(
+                f"{name}: {who} {number(tried.distance.mean, 1)} m on average and "
+                f"{'falls' if one else 'fall'} in {falls} of {count(tried.trials, 'trial')}, at a "
+                f"cost of transport of {number(tried.figures['cost_of_transport'].mean, 2)}."
+            )
+    return tuple(told)

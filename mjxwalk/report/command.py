@@ -1,0 +1,102 @@
+"""The command `mjxwalk report`."""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from mjxwalk.errors import RunError
+
+RunFolders = tyro.conf.Positional[
+    Annotated[tuple[Path, ...], tyro.conf.arg(metavar="RUN [RUN ...]")]
+]
+FOLDER = "report"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Report:
+    """Write one page on runs or studies, with the paper's numbers beside ours.
+
+    The page is report.html, which needs no network; beside it is a CSV file for each table. Several
+    runs of one experiment are averaged, as the paper averages its own.
+
+    Attributes:
+      run_folders: of runs or studies, finished or not.
+      out: folder of the page; RUN/report for one run, ./report for several.
+      trials: of each winner that are recorded for gait and angles; 0 for none.
+      seed: of their terrains.
+      engine: what runs the trials; auto takes the fastest on this machine.
+    """
+
+    run_folders: RunFolders
+    out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
+    trials: int = 100
+    seed: int = 0
+    engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
+
+    def run(self) -> int:
+        """Writes the page and returns the exit code.
+
+        Raises:
+          RunError: an argument is wrong, or there is nothing to report on.
+        """
+        if self.trials < 0:
+            raise RunError(f"--trials must not be negative, got {self.trials}")
+        if not 0 <= self.seed < 2**32:
+            raise RunError(f"--seed must be from 0 to {2**32 - 1}, got {self.seed}")
+        _check(self.run_folders)
+        from mjxwalk import engines
+        from mjxwalk.report import building, page
+
+        engines.prepare()
+        try:
+            built = building.build(
+                self.run_folders,
+                num_trials=self.trials,
+                seed=self.seed,
+                engine=self.engine,
+                say=_say,
+            )
+        except ValueError as error:
+            raise RunError(str(error)) from None
+        out = self.out or self._default()
+        page.prepare(out)
+        for path in page.write(out, built):
+            print(path)
+        return 0
+
+    def _default(self) -> Path:
+        return self.run_folders[0] / FOLDER if len(self.run_folders) == 1 else Path(FOLDER)
+
+
+def _check(paths: Sequence[Path]) -> None:
+    """Returns if there is something to report on in each folder; quick, as JAX is not imported.
+
+    Raises:
+      RunError: there is none.
+    """
+    if not paths:
+        raise RunError("name at least one run to report on; `mjxwalk list` shows those in ./runs")
+    from mjxwalk import walkers
+    from mjxwalk.runs import config, metrics, study
+
+    known: dict[Path, Path] = {}
+    for path in paths:
+        if walkers.in_zoo(path):
+            raise RunError(f"{path} is one walker without a run; a report needs a run's folder")
+        other = known.setdefault(path.resolve(), path)
+        if other is not path:
+            raise RunError(f"{path} is named twice, and would count twice; name each run once")
+        if study.is_study(path):
+            places = [file.parent for file in path.glob(f"*/{config.FILE}")]
+        else:
+            walkers.check(path)
+            places = [path]
+        if not any(metrics.read(place) for place in places):
+            raise RunError(f"{path} has no generation yet; evolve it: mjxwalk resume {path}")
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)

@@ -1,0 +1,147 @@
+"""How the winners walk: Table 5, Figures 5 and 6 of Solomon, Locascio & Hartmann (2013)."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from mjxwalk.analysis import figures, paper, tables
+from mjxwalk.analysis.frame import Frame
+from mjxwalk.analysis.gait import Gait
+from mjxwalk.report import drawing
+from mjxwalk.report.parts import (
+    LOST,
+    NOTHING,
+    Cell,
+    Column,
+    Picture,
+    Row,
+    RowGroup,
+    Section,
+    Table,
+    count,
+    frame,
+    number,
+    quoted,
+    spread,
+)
+from mjxwalk.report.recorded import Recorded, Stick
+
+PLACES = {  # of the figures of a gait, with their titles
+    "speed_m_s": ("speed (m/s)", 2),
+    "step_length_m": ("step length (m)", 3),
+    "double_stance": ("double stance (% of a stride)", 1),
+    "stride_time_s": ("duration of a stride (s)", 2),
+    "swing_time_s": ("duration of a swing (s)", 2),
+    "cost_of_transport": ("cost of transport", 3),
+}
+IN_PAPER = ("speed_m_s", "step_length_m", "double_stance")  # what its table had
+
+
+def section(recorded: Mapping[str, Recorded], *, why_not: str = "") -> Section:
+    """Returns the gait table and the figures of each phase.
+
+    Args:
+      recorded: by phase.
+      why_not: why there is nothing, if there is not.
+    """
+    if not recorded:
+        return Section(anchor="walking", title="How they walk", texts=(why_not,))
+    parts: list[Table | Picture] = [_table(recorded)]
+    parts += [_stick(name, each.stick) for name, each in recorded.items()]
+    parts += [_density(name, each) for name, each in recorded.items() if each.density.steps]
+    text = (
+        "Every winner was recorded again on new ground. Figures of the gait are of trials without "
+        "a fall; of one winner ± is the standard deviation between trials, else between winners."
+    )
+    return Section(anchor="walking", title="How they walk", texts=(text,), parts=tuple(parts))
+
+
+def _table(recorded: Mapping[str, Recorded]) -> Table:
+    gaits = {name: each.gaits for name, each in recorded.items()}
+    data = tables.table_5(gaits)
+    rows = [Row(title, _line(data, name, list(gaits))) for name, (title, _) in PLACES.items()]
+    basis = "; ".join(f"{name}: {_basis(each)}" for name, each in gaits.items())
+    return Table(
+        name="table-5",
+        caption="Table 5. Gaits of the winners",
+        head="figure",
+        columns=(
+            *(Column(name, "ours") for name in gaits),
+            Column("paper"),
+            Column("adults, measured", "human"),
+            Column("as in the paper", "human"),
+        ),
+        groups=(RowGroup("", tuple(rows)),),
+        data=data.reset_index(),
+        note=(
+            f"{basis}. The paper's numbers are lost; it calls speed and step length those of a "
+            "slightly brisk human, and double stance notably briefer than a human's. Adults: "
+            f"{paper.FUKUCHI}; in the paper: {paper.HUMAN_IN_PAPER['double_stance'].source}."
+        ),
+    )
+
+
+def _line(data: Frame, name: str, variants: list[str]) -> tuple[Cell, ...]:
+    share = name == "double_stance"
+    places = PLACES[name][1]
+    scale = 100 if share else 1
+    ours = [
+        Cell(
+            spread(scale * data.loc[variant, name], scale * data.loc[variant, f"{name}_sd"], places)
+        )
+        for variant in variants
+    ]
+    papers = any(variant in paper.VARIANTS for variant in variants) and name in IN_PAPER
+    human = [
+        quoted(source.get(name), places, is_share=share)
+        for source in (paper.HUMAN, paper.HUMAN_IN_PAPER)
+    ]
+    return (*ours, Cell(LOST if papers else NOTHING, is_quoted=True), *human)
+
+
+def _basis(gaits: tuple[Gait, ...]) -> str:
+    trials, falls = (sum(getattr(gait, name) for gait in gaits) for name in ("trials", "falls"))
+    strides = sum(gait.strides for gait in gaits)
+    return f"{count(strides, 'stride')} in {trials - falls:,} of {count(trials, 'trial')}"
+
+
+def _stick(name: str, stick: Stick) -> Picture:
+    num = len(stick.skeletons)
+    end = f"; it falls after {stick.seconds:.1f} s" if stick.fell else ""
+    walked = float(np.ptp(stick.skeletons[:, 0, 1, 0]))
+    place = f"figure-5-{name}"
+    alt = (
+        f"{count(num, 'stick figure')} of a walker with torso, thighs, shanks and feet, side by "
+        f"side on uneven ground; its hip gets {walked:.1f} m forward in {stick.seconds:.1f} s{end}."
+    )
+    drawn = figures.stick_figures(stick.skeletons, stick.ground_x, stick.ground_z)
+    return Picture(
+        name=place,
+        caption=(
+            f"Figure 5, {name}. The winner of {stick.label} from its start, every half second"
+            f"{end}. The left leg is dark, the right one pale."
+        ),
+        svg=drawing.inline(drawn, name=place, alt=alt),
+    )
+
+
+def _density(name: str, recorded: Recorded) -> Picture:
+    density = recorded.density
+    place = f"figure-6-{name}"
+    courses = [
+        f"{angle} from {number(course.min(), 0)} to {number(course.max(), 0)} degrees"
+        for angle, course in zip(density.names, density.mean, strict=True)
+    ]
+    alt = f"Seven panels, an angle each. Averages over a step: {', '.join(courses)}."
+    middles = (np.arange(density.mean.shape[1]) + 0.5) / density.mean.shape[1]
+    data = {"step": middles, **dict(zip(density.names, density.mean, strict=True))}
+    return Picture(
+        name=place,
+        caption=(
+            f"Figure 6, {name}. How often each angle is where over a step, of "
+            f"{count(density.steps, 'step')} of {count(len(recorded.labels), 'winner')} in trials "
+            "without a fall. The file has the average courses."
+        ),
+        svg=drawing.inline(figures.angle_densities(density), name=place, alt=alt),
+        data=frame([dict(zip(data, row, strict=True)) for row in zip(*data.values(), strict=True)]),
+    )
