@@ -57,6 +57,11 @@ def _population(experiment: Evolvable, source: str | Path) -> tuple[Start, Origi
     elites = run.part("elites")
     start = Start({}, _innermost(run.strategy_state), elites["fitness"][elites["generation"] > 0])
     strategy = experiment.make_strategy()
+    if run.fitness.size != strategy.population_size:
+        raise RunError(
+            f"{source} has a population of {run.fitness.size} and this experiment one of "
+            f"{strategy.population_size}; set --population {run.fitness.size}"
+        )
 
     def begin(key: Any, template: Any) -> Any:
         state = strategy.init(key, template)

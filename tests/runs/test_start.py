@@ -154,7 +154,7 @@ class WiderToy(toy.Toy):
         (OtherToy(start="population"), "holds the weights of another controller"),
         (WiderToy(start="winner"), r"cannot start from .*: gain must be float32\[2, 4\], got"),
         (WiderToy(start="population"), r"cannot start from .*: population.gain must be"),
-        (scaled(GOING_ON, 0.7), r"cannot start from .*: population.gain must be float32\[11, 2"),
+        (scaled(GOING_ON, 0.7), "has a population of 16 and this experiment one of 11; set --popu"),
     ],
 )
 def test_a_source_that_does_not_fit_is_one_sentence(
