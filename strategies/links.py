@@ -10,9 +10,9 @@ import math
 import jax
 import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Bool, Int, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from mjxwalk.strategies import operators
+from mjxwalk.strategies import draws, operators
 from mjxwalk.strategies.base import IntTree, Mask, Masks
 from mjxwalk.strategies.operators import Individual
 
@@ -43,15 +43,8 @@ def remove_random_link(key: PRNGKeyArray, individual: Individual, links: IntTree
       individual: genotype and mask.
       links: number of each weight's link.
     """
-    present, unflatten = ravel_pytree(individual.mask)
-    numbers = ravel_pytree(links)[0]
-    # A score for each link and not for each weight, so that its size does not count.
-    scores = jax.random.uniform(key, numbers.shape)[numbers]
-    scores = jnp.where(present & (numbers >= 0), scores, -1.0)
-    chosen = jnp.argmax(scores)
-    stays = present & ((numbers != numbers[chosen]) | (scores[chosen] < 0))
-    mask = unflatten(stays)
-    return Individual(operators.remove_masked(individual.genotype, mask), mask)
+    (words,) = draws.draw_words(key, 1, [ravel_pytree(links)[0].size])
+    return _remove_highest(draws.uniforms(words[0]), individual, links)
 
 
 def prune_population(
@@ -65,10 +58,24 @@ def prune_population(
       links: number of each weight's link, in one genotype's shapes.
       keep: individuals that lose nothing, such as the elite.
     """
-    pruned = jax.vmap(remove_random_link, in_axes=(0, 0, None))(
-        jax.random.split(key, keep.size), individuals, links
-    )
+    (words,) = draws.draw_words(key, keep.size, [ravel_pytree(links)[0].size])
+    remove = jax.vmap(_remove_highest, in_axes=(0, 0, None))
+    pruned = remove(draws.uniforms(words), individuals, links)
     return jax.vmap(operators.choose)(keep, individuals, pruned)
+
+
+def _remove_highest(
+    scores: Float[Array, " link"], individual: Individual, links: IntTree
+) -> Individual:
+    """Returns the individual without the one of its links that has the highest score."""
+    present, unflatten = ravel_pytree(individual.mask)
+    numbers = ravel_pytree(links)[0]
+    # All weights of a link share its score, so that their number does not count.
+    by_weight = jnp.where(present & (numbers >= 0), scores[numbers], -1.0)
+    chosen = jnp.argmax(by_weight)
+    stays = present & ((numbers != numbers[chosen]) | (by_weight[chosen] < 0))
+    mask = unflatten(stays)
+    return Individual(operators.remove_masked(individual.genotype, mask), mask)
 
 
 def survival(masks: Masks) -> IntTree:

@@ -217,16 +217,16 @@ def _ask(
     before = Individual(state.inner.population, state.inner.mask)
     elite = jnp.arange(settings.strategy.population_size) < settings.num_elites
     is_due = (state.age >= 0) & (state.stopped_at < 0) & (state.age % settings.every == 0)
-    after = jax.lax.cond(
-        is_due,
-        lambda key: prune_population(key, before, links, elite),
-        lambda key: before,
-        key_prune,
-    )
-    num_pruned = _num_links(before.mask, links) - _num_links(after.mask, links)
+
+    def prune(key: PRNGKeyArray) -> tuple[Individual, Int[Array, " pop"]]:
+        after = prune_population(key, before, links, elite)
+        return after, _num_links(before.mask, links) - _num_links(after.mask, links)
+
+    nobody = jnp.zeros(elite.size, jnp.int32)
+    after, num_lost = jax.lax.cond(is_due, prune, lambda key: (before, nobody), key_prune)
     inner = state.inner._replace(population=after.genotype, mask=after.mask)
     population, inner = settings.strategy.ask(key_ask, inner)
-    return population, state._replace(inner=inner, num_pruned=jnp.sum(num_pruned))
+    return population, state._replace(inner=inner, num_pruned=jnp.sum(num_lost))
 
 
 def _tell(
