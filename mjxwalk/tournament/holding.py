@@ -50,11 +50,11 @@ def hold(
     place = 0
     if len(entrants) > 1:
         say(f"comparing {len(entrants)} walkers on {screening} new terrains")
-        grounds = experiment.sample_terrains(keys.screening, screening, experiment.generations)
+        grounds = experiment.sample_terrains(keys.screening, screening)
         screened = _evaluate(evaluator, entrants.genotypes, grounds)
         place = winner(np.asarray(screened.fitness))
     genotype = jax.tree.map(lambda leaf: np.asarray(leaf)[[place]], entrants.genotypes)
-    grounds = experiment.sample_terrains(keys.reporting, terrains, experiment.generations)
+    grounds = experiment.sample_terrains(keys.reporting, terrains)
     figures = [
         _try(setting, genotype, engine, say)
         for setting in conditions.settings(experiment, grounds, keys.starts)

@@ -22,8 +22,10 @@ COLUMNS = (
     "double stance",
 )
 
-# ours: fall rates whose intervals lie farther apart than this are those of different gaits.
+# ours: a gait is another one where the intervals of its fall rates lie farther apart than this, or
+# it gets so much less far or farther; who stands still in the end does not fall.
 MARGIN = 0.03
+DISTANCE_MARGIN = 0.1  # of the usual distance
 
 
 def show(tournament: Tournament, source: str) -> None:
@@ -52,17 +54,17 @@ def remarks(tournament: Tournament) -> list[str]:
     steps = [name for name in (HALF_STEP, PAPERS_STEP) if name in apart]
     if steps:
         found.append(
-            f"the gait is an artefact of its time step: falls {percent(usual.fall_rate)} as "
-            f"evolved, {' and '.join(_falls(apart[name], 'at') for name in steps)}"
+            f"the gait is an artefact of its time step: falls {_outcome(usual)} as evolved, "
+            f"{' and '.join(f'{_outcome(apart[name])} at {name}' for name in steps)}"
         )
     if PERTURBED in apart:
         found.append(
-            f"the gait hangs on its start: falls {percent(usual.fall_rate)} from the usual one, "
-            f"{_falls(apart[PERTURBED], 'from')}"
+            f"the gait hangs on its start: falls {_outcome(usual)} from the usual one, "
+            f"{_outcome(apart[PERTURBED])} from {PERTURBED}"
         )
     same = [name for name in named if name not in apart]
     if same:
-        found.append(f"falls as often at {', '.join(same)}")
+        found.append(f"walks alike at {', '.join(same)}")
     return found
 
 
@@ -85,13 +87,16 @@ def percent(share: float) -> str:
     return f"{100 * share:.1f} %"
 
 
-def _differ(one: Condition, other: Condition) -> bool:
-    low, high = sorted((one, other), key=lambda each: each.fall_rate)
-    return high.fall_rate_low > low.fall_rate_high + MARGIN
+def _differ(usual: Condition, other: Condition) -> bool:
+    low, high = sorted((usual, other), key=lambda each: each.fall_rate)
+    farther = abs(other.distance_mean_m - usual.distance_mean_m)
+    return high.fall_rate_low > low.fall_rate_high + MARGIN or farther > DISTANCE_MARGIN * abs(
+        usual.distance_mean_m
+    )
 
 
-def _falls(condition: Condition, preposition: str) -> str:
-    return f"{percent(condition.fall_rate)} {preposition} {condition.name}"
+def _outcome(condition: Condition) -> str:
+    return f"{percent(condition.fall_rate)} ({condition.distance_mean_m:.1f} m)"
 
 
 def _headline(tournament: Tournament, source: str) -> str:

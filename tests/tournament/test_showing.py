@@ -14,12 +14,12 @@ def condition(name: str, falls: int, **figures: Any) -> Condition:
     return Condition(
         name=name,
         trials=1000,
-        distance_mean_m=40.0,
         distance_sd_m=1.0,
         fall_rate=falls / 1000,
         fall_rate_low=interval.low,
         fall_rate_high=interval.high,
         **{
+            "distance_mean_m": 40.0,
             "cost_of_transport": 0.25,
             "speed_m_s": 1.2,
             "step_length_m": None,
@@ -45,29 +45,40 @@ def held(*conditions: Condition) -> Tournament:
 def test_a_gait_that_holds_at_one_step_only_is_called_an_artefact() -> None:
     remarks = showing.remarks(held(condition(AS_EVOLVED, 2), condition(HALF_STEP, 480)))
     assert remarks == [
-        "the gait is an artefact of its time step: falls 0.2 % as evolved, "
-        "48.0 % at half the time step"
+        "the gait is an artefact of its time step: falls 0.2 % (40.0 m) as evolved, "
+        "48.0 % (40.0 m) at half the time step"
     ]
 
 
 def test_both_steps_are_told_in_one_sentence() -> None:
     conditions = (condition(AS_EVOLVED, 2), condition(HALF_STEP, 480), condition(PAPERS_STEP, 900))
     (remark,) = showing.remarks(held(*conditions))
-    assert remark.endswith("48.0 % at half the time step and 90.0 % at the paper's explicit step")
+    assert remark.endswith(
+        "48.0 % (40.0 m) at half the time step and 90.0 % (40.0 m) at the paper's explicit step"
+    )
 
 
 def test_a_gait_that_hangs_on_its_start_is_told() -> None:
     conditions = (condition(AS_EVOLVED, 2), condition(HALF_STEP, 3), condition(PERTURBED, 400))
     assert showing.remarks(held(*conditions)) == [
-        "the gait hangs on its start: falls 0.2 % from the usual one, 40.0 % from perturbed starts",
-        "falls as often at half the time step",
+        "the gait hangs on its start: falls 0.2 % (40.0 m) from the usual one, "
+        "40.0 % (40.0 m) from perturbed starts",
+        "walks alike at half the time step",
     ]
 
 
 @pytest.mark.parametrize("falls", [0, 20, 500])
 def test_falls_that_chance_explains_are_no_difference(falls: int) -> None:
     conditions = (condition(AS_EVOLVED, falls), condition(HALF_STEP, falls + 25))
-    assert showing.remarks(held(*conditions)) == ["falls as often at half the time step"]
+    assert showing.remarks(held(*conditions)) == ["walks alike at half the time step"]
+
+
+def test_who_stops_on_the_way_walks_otherwise_without_a_fall() -> None:
+    stops = condition(PERTURBED, 2, distance_mean_m=30.0)
+    (remark,) = showing.remarks(held(condition(AS_EVOLVED, 2), stops))
+    assert remark.endswith(
+        "falls 0.2 % (40.0 m) from the usual one, 0.2 % (30.0 m) from perturbed starts"
+    )
 
 
 def test_shown_are_all_figures_and_a_dash_where_there_is_none(
