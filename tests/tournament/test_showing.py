@@ -11,6 +11,13 @@ from mjxwalk.tournament.results import AS_EVOLVED, HALF_STEP, PAPERS_STEP, PERTU
 
 def condition(name: str, falls: int, **figures: Any) -> Condition:
     interval = wilson(falls, 1000)
+    usual: dict[str, Any] = {
+        "distance_mean_m": 40.0,
+        "cost_of_transport": 0.25,
+        "speed_m_s": 1.2,
+        "step_length_m": None,
+        "double_stance": None,
+    }
     return Condition(
         name=name,
         trials=1000,
@@ -18,14 +25,7 @@ def condition(name: str, falls: int, **figures: Any) -> Condition:
         fall_rate=falls / 1000,
         fall_rate_low=interval.low,
         fall_rate_high=interval.high,
-        **{
-            "distance_mean_m": 40.0,
-            "cost_of_transport": 0.25,
-            "speed_m_s": 1.2,
-            "step_length_m": None,
-            "double_stance": None,
-            **figures,
-        },
+        **(usual | figures),
     )
 
 
