@@ -58,7 +58,7 @@ class CompareIntegrators:
         from mjxwalk.evolution.measuring import cost_of_transport, speed
 
         engines.prepare()
-        heights = experiment.sample_terrains(jax.random.key(self.seed), self.terrains, 0)
+        heights = experiment.sample_terrains(jax.random.key(self.seed), self.terrains)
         population = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
         trials = make_evaluator(experiment, "auto").evaluate(population, heights)
         return (

@@ -64,7 +64,7 @@ class StickFigures:
         engines.prepare()
         experiment = walker.experiment
         env, key = experiment.env, jax.random.key(self.terrain_seed)
-        heights = np.asarray(experiment.sample_terrains(key, 1, experiment.generations))
+        heights = np.asarray(experiment.sample_terrains(key, 1))
         terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
         recording = replay.record(
             env,

@@ -28,7 +28,7 @@ def genotypes() -> Any:
 
 @pytest.fixture(scope="module")
 def terrain() -> Any:
-    heights = np.asarray(LPD.sample_terrains(jax.random.key(1), NUM_TERRAINS, 0))
+    heights = np.asarray(LPD.sample_terrains(jax.random.key(1), NUM_TERRAINS))
     return Terrain(heights, np.array([0, 1, 2, 0, 1], np.int32))  # type: ignore[arg-type]
 
 
@@ -92,7 +92,7 @@ def test_engines_agree(genotypes: Any, terrain: Any) -> None:
 @pytest.mark.slow
 def test_the_spatial_body_is_recorded_too() -> None:
     held = Held()
-    heights = np.asarray(held.sample_terrains(jax.random.key(0), 1, 0))
+    heights = np.asarray(held.sample_terrains(jax.random.key(0), 1))
     ground: Any = Surface(heights, np.zeros(2, np.int32))  # type: ignore[arg-type]
     recording = replay.record(
         held.env, held.controller, np.zeros((2, 7, 27), np.float32), ground, duration=0.05

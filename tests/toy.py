@@ -70,7 +70,7 @@ class Toy:
     generations: int = 6
     terrains_per_evaluation: int = 2
     goal: Goal = Goal()
-    start: Literal["zero", "winner", "population"] = "zero"
+    start: Literal["zero", "winner", "mean", "population"] = "zero"
     pruning: Pruning | None = None
 
     def __post_init__(self) -> None:
@@ -103,11 +103,20 @@ class Toy:
         env = dataclasses.replace(self.env, timestep=self.env.timestep / factor)
         return dataclasses.replace(self, env=env)
 
+    def first_roughness(self) -> float:
+        """Returns how far the hidden point moves in generation 1."""
+        return self.env.terrain.roughness
+
+    def next_roughness(self, roughness: float, fitness: Any) -> float:
+        """Returns how far it moves next."""
+        return roughness
+
     def sample_terrains(
-        self, key: PRNGKeyArray, num: int, generation: int
+        self, key: PRNGKeyArray, num: int, roughness: float | None = None
     ) -> Float[Array, "terrain node"]:
-        """Returns how far the hidden point moves."""
-        return self.env.terrain.roughness * jax.random.normal(key, (num, 1))
+        """Returns where the hidden point moves."""
+        far = self.env.terrain.roughness if roughness is None else roughness
+        return far * jax.random.normal(key, (num, 1))
 
     def rollout(self, genotype: Genotype, terrain: Float[Array, " node"]) -> Outcome:
         """Returns minus the squared distance from the point at 1 + terrain."""

@@ -41,7 +41,7 @@ def record_trials(
     if trials < 1:
         raise ValueError(f"trials must be at least 1, got {trials}")
     key = jax.random.fold_in(jax.random.key(seed), ANALYSIS)
-    heights = np.asarray(experiment.sample_terrains(key, trials, experiment.generations))
+    heights = np.asarray(experiment.sample_terrains(key, trials))
     ground: Any = Surface if isinstance(experiment.env, Flame) else Terrain
     return replay.record(
         experiment.env,

@@ -99,7 +99,7 @@ def walkers(body: Body, size: int) -> Walkers:
 @functools.cache
 def _heights(body: Body) -> Any:
     """Returns one terrain; kept, as in a quick bench its compiling would be felt each time."""
-    sample = jax.jit(lambda key: body.study().sample_terrains(key, 1, 0))
+    sample = jax.jit(lambda key: body.study().sample_terrains(key, 1))
     return np.asarray(sample(jax.random.key(0)))
 
 

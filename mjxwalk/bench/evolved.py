@@ -32,7 +32,7 @@ class Evolved:
         self.lane_utilisation = 1.0
         keys = jax.random.split(jax.random.key(1), generations)
         self._generations = [
-            self._arguments(population, np.asarray(study.sample_terrains(key, num, generations)))
+            self._arguments(population, np.asarray(study.sample_terrains(key, num)))
             for population, key in zip(populations, keys, strict=True)
         ]
         self._mapped = lanes.vmap(study.rollout, (0, Terrain(None, 0)))  # type: ignore[arg-type]

@@ -55,11 +55,8 @@ class Held:
         """Returns weights of zero."""
         return jnp.zeros((NUM_MOTORS, NUM_SENSES))
 
-    def sample_terrains(
-        self, key: PRNGKeyArray, num: int, generation: int
-    ) -> Float[Array, "terrain along across"]:
+    def sample_terrains(self, key: PRNGKeyArray, num: int) -> Float[Array, "terrain along across"]:
         """Returns terrains, heights in m."""
-        del generation
         return self.env.surface.sample(key, num)
 
     def rollout(self, genotype: Float[Array, "7 27"], surface: Surface) -> Outcome:

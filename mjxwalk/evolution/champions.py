@@ -40,7 +40,7 @@ def choose(
         place = _best(experiment, evaluator, state.elites, key_choosing)
         genotype = jax.tree.map(lambda leaf: leaf[place], state.elites.genotypes)
         generation = int(state.elites.generation[place])
-    terrains = experiment.sample_terrains(key_reporting, NUM_REPORTING, experiment.generations)
+    terrains = experiment.sample_terrains(key_reporting, NUM_REPORTING)
     alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
     trials = evaluator.evaluate(alone, terrains)
     return Choice(
@@ -61,7 +61,7 @@ def _best(experiment: Evolvable, evaluator: Evaluator, elites: Elites, key: PRNG
 
     Of those that get farthest on a few terrains, that is.
     """
-    terrains = experiment.sample_terrains(key, NUM_SCREENING + NUM_CHOOSING, experiment.generations)
+    terrains = experiment.sample_terrains(key, NUM_SCREENING + NUM_CHOOSING)
     screening = jax.tree.map(lambda leaf: leaf[:NUM_SCREENING], terrains)
     choosing = jax.tree.map(lambda leaf: leaf[NUM_SCREENING:], terrains)
     # Empty places are evaluated too: what is compiled for all then serves every run.

@@ -24,7 +24,7 @@ from mjxwalk.strategies import Strategy
 NUM_ELITES = 50  # Solomon et al. (2013): the winner is sought among as many last generations' best
 # Folded into the seed's key of runs that start from others, so that the phases of a study, which
 # share a seed, share no random numbers; no generation has so high a number.
-WINNER_STREAM, POPULATION_STREAM = 2**32 - 1, 2**32 - 2
+STREAMS = {"winner": 2**32 - 1, "population": 2**32 - 2, "mean": 2**32 - 3}
 
 
 @runtime_checkable
@@ -53,7 +53,7 @@ class Evolvable(Protocol):
 
     @property
     def start(self) -> str:
-        """What the evolution starts from: "zero", "winner" or "population"."""
+        """What the evolution starts from: "zero", "winner", "mean" or "population"."""
         ...
 
     def template(self) -> Any:
@@ -78,8 +78,16 @@ class Evolvable(Protocol):
         """
         ...
 
-    def sample_terrains(self, key: PRNGKeyArray, num: int, generation: int) -> Any:
-        """Returns terrains for a generation, leaves [num, ...]."""
+    def first_roughness(self) -> float:
+        """Returns the roughness of generation 1, m."""
+        ...
+
+    def next_roughness(self, roughness: float, fitness: Float[np.ndarray, " pop"]) -> float:
+        """Returns the roughness of the generation after one of that roughness and fitness, m."""
+        ...
+
+    def sample_terrains(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Any:
+        """Returns terrains, leaves [num, ...]; without a roughness those that count in the end."""
         ...
 
 
@@ -124,6 +132,7 @@ class RunState(NamedTuple):
       elite: the fittest of them, or the one that reached the goal.
       elites: that of each of the last generations.
       reached: whether the elite has reached the experiment's goal.
+      roughness: of the next generation's ground, m.
     """
 
     generation: Int[np.ndarray, ""]
@@ -135,6 +144,7 @@ class RunState(NamedTuple):
     elite: Any
     elites: Elites
     reached: Bool[np.ndarray, ""]
+    roughness: Float[np.ndarray, ""]
 
 
 class Evolution:
@@ -166,7 +176,7 @@ class Evolution:
         key = jax.random.key(seed)
         template = self._experiment.template()
         if given is not None:
-            key = jax.random.fold_in(key, POPULATION_STREAM if given.strategy else WINNER_STREAM)
+            key = jax.random.fold_in(key, STREAMS[self._experiment.start])
         if given is not None and given.genotype:
             template = unflatten(template, given.genotype)
         key_init, _ = outer_keys(key)
@@ -191,6 +201,7 @@ class Evolution:
                 generation=np.zeros(NUM_ELITES, np.int32),
             ),
             reached=np.zeros((), bool),
+            roughness=np.asarray(self._experiment.first_roughness(), np.float64),
         )
 
     def advance(self, state: RunState, since: float | None = None) -> tuple[RunState, Metrics]:
@@ -207,7 +218,7 @@ class Evolution:
         key_ask, key_terrains, key_tell, *keys_goal = jax.random.split(key, 5)
         experiment = self._experiment
         terrains = experiment.sample_terrains(
-            key_terrains, experiment.terrains_per_evaluation, generation
+            key_terrains, experiment.terrains_per_evaluation, float(state.roughness)
         )
         population, asked = self._ask(key_ask, state.strategy)
         population = _on_host(population)
@@ -236,6 +247,9 @@ class Evolution:
             elite=elite,
             elites=_push(state.elites, elite, fitness[best], generation),
             reached=np.asarray(passed is not None),
+            roughness=np.asarray(
+                experiment.next_roughness(float(state.roughness), fitness), np.float64
+            ),
         )
         compile_s = max(0.0, self._evaluator.compile_s - compiled)
         evaluate_s = evaluating_done - asking_done - compile_s

@@ -70,7 +70,7 @@ class Goal:
 
         The fittest of those that passed the trials of their generation are tried on a few terrains;
         of those that pass there, the one that gets farthest is tried on the others, and then at
-        the finer time step. The terrains are those of the last generation, which may be rougher.
+        the finer time step. The terrains are of the environment's own roughness.
 
         Args:
           experiment: what samples terrains.
@@ -92,7 +92,7 @@ class Goal:
         fitness = outcome.fitness[hopeful].mean(axis=1)
         # Always as many, in case of need the same one again: what is compiled for it then serves.
         places = np.resize(hopeful[np.argsort(-fitness, kind="stable")], NUM_CANDIDATES)
-        terrains = experiment.sample_terrains(key, self.trials, experiment.generations)
+        terrains = experiment.sample_terrains(key, self.trials)
         few = jax.tree.map(lambda leaf: leaf[:NUM_SCREENING], terrains)
         screened = evaluator.evaluate(take(population, places), few)
         passed = self._passed(screened)
@@ -104,7 +104,7 @@ class Goal:
         if not self._passed(evaluator.evaluate(walker, terrains)).all():
             return None
         if self.is_fine and finer is not None:
-            ground = experiment.sample_terrains(key_fine, self.fine_trials, experiment.generations)
+            ground = experiment.sample_terrains(key_fine, self.fine_trials)
             if not self._passed(finer.evaluate(walker, ground)).all():
                 return None
         return int(place[0])

@@ -107,9 +107,7 @@ def _ahead(
     if make is None:
         raise ValueError(f"fine_trials is {goal.fine_trials} and make_finer is missing")
     alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], experiment.template())
-    terrains = experiment.sample_terrains(
-        jax.random.key(0), goal.fine_trials, experiment.generations
-    )
+    terrains = experiment.sample_terrains(jax.random.key(0), goal.fine_trials)
     return stack.enter_context(Ahead(make, alone, terrains))
 
 

@@ -97,7 +97,7 @@ def resume_study(path: Path, progress: Progress, stopping: Callable[[], bool]) -
                 begin(place, settings, given, progress, stopping)
             elif result.read(place) is None:
                 resume(place, progress, stopping)
-            if tournament.read(place) is None:
+            if study.has_tournament(number) and tournament.read(place) is None:
                 hold_tournament(place, study, progress.say)
     progress.say(f"{study.name} is finished, in {path}")
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from mjxwalk import runs, walkers
 from mjxwalk.evolution.generation import Evolvable
-from mjxwalk.runs import RunError
+from mjxwalk.runs import Run, RunError
 from mjxwalk.runs.config import Origin
 from mjxwalk.runs.start import Arrays, Start
 from mjxwalk.runs.trees import flatten, unflatten
@@ -27,25 +27,41 @@ def prepare(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
     """
     if experiment.start == "winner":
         return _winner(experiment, source)
-    return _population(experiment, source)
+    run = _evolved(experiment, source)
+    if experiment.start == "mean":
+        return _mean(experiment, run)
+    return _population(experiment, run)
 
 
 def _winner(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
     walker = walkers.best(source)
     _check_kind(experiment, walker.experiment, source)
-    genotype = flatten(walker.genotype)
+    start = _around(experiment, flatten(walker.genotype), source)
+    return start, Origin(source=str(source), generation=walker.generation)
+
+
+def _mean(experiment: Evolvable, run: Run) -> tuple[Start, Origin]:
+    mean = {
+        name: np.mean(leaf, axis=0, dtype=np.float64).astype(leaf.dtype)
+        for name, leaf in run.population.items()
+    }
+    start = _around(experiment, mean, run.path)
+    return start, Origin(source=str(run.path), generation=run.generation)
+
+
+def _around(experiment: Evolvable, genotype: Arrays, source: str | Path) -> Start:
     try:
         unflatten(experiment.template(), genotype)
     except RunError as error:
         raise RunError(_misfit(experiment, source, error)) from None
-    start = Start(genotype, {}, np.zeros(0, np.float32))
-    return start, Origin(source=str(source), generation=walker.generation)
+    return Start(genotype, {}, np.zeros(0, np.float32))
 
 
-def _population(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
+def _evolved(experiment: Evolvable, source: str | Path) -> Run:
+    """Returns the run whose last population is to be started from."""
     if str(source).startswith(walkers.ZOO):
         raise RunError(
-            f"{source} is a single walker, and this experiment goes on with the whole population "
+            f"{source} is a single walker, and this experiment starts from the whole population "
             "of a run; name a run's folder"
         )
     run = runs.load(source)
@@ -54,7 +70,11 @@ def _population(experiment: Evolvable, source: str | Path) -> tuple[Start, Origi
     if run.generation == 0:
         raise RunError(f"{source} has not saved a generation yet")
     _check_kind(experiment, run.experiment(), source)
-    elites = run.part("elites")
+    return run
+
+
+def _population(experiment: Evolvable, run: Run) -> tuple[Start, Origin]:
+    source, elites = run.path, run.part("elites")
     start = Start({}, _innermost(run.strategy_state), elites["fitness"][elites["generation"] > 0])
     strategy = experiment.make_strategy()
     if run.fitness.size != strategy.population_size:

@@ -23,7 +23,8 @@ class _Entry(NamedTuple):
     phases: Mapping[str, str] = {}  # of a study: what each is
 
 
-_LPD, _FIL = "local links, from zero", "all links, around the winner of lpd"
+_ROUGH = "local links, from zero, on ever rougher ground"
+_LPD, _FIL = "local links, around the mean of rough", "all links, around the winner of lpd"
 _SIL = "goes on from fil and prunes its links"
 
 _EXPERIMENTS = {
@@ -35,19 +36,23 @@ _STUDIES = {
         "solomon",
         "SOLOMON_2D",
         "Solomon et al. (2013) in the plane: local links, all links, pruned links",
-        {"lpd": _LPD, "fil": _FIL, "sil": _SIL},
+        {"rough": _ROUGH, "lpd": _LPD, "fil": _FIL, "sil": _SIL},
     ),
     "solomon-2d-rsil": _Entry(
         "solomon",
         "SOLOMON_2D_RSIL",
         "the same with the links alone that pruning leaves",
-        {"lpd": _LPD, "rsil": "the links that pruning leaves, around the winner of lpd"},
+        {
+            "rough": _ROUGH,
+            "lpd": _LPD,
+            "rsil": "the links that pruning leaves, around the winner of lpd",
+        },
     ),
     "solomon-2d-literal": _Entry(
         "solomon",
         "SOLOMON_2D_LITERAL",
         "the paper's protocol to the letter: its roughness from the first generation",
-        {"lpd": _LPD, "fil": _FIL, "sil": _SIL},
+        {"lpd": "local links, from zero", "fil": _FIL, "sil": _SIL},
     ),
 }
 

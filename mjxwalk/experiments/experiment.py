@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 import jax
+import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk import strategies
@@ -51,9 +52,10 @@ class Experiment:
       restart_at: age at which every population starts anew, in generations; None for never. For
         evolutions with a goal: who has not reached it by then is slow.
       start: what the evolution starts from: "zero" draws generation 0 around the controller's
-        template; "winner" around the best walker of another run; "population" goes on with the
-        last population of another run and the state that its strategy was in.
-      ramp: ground that gets rougher over the generations; None for the same roughness in all.
+        template; "winner" around the best walker of another run; "mean" around the mean of another
+        run's last population; "population" goes on with that population and the state that its
+        strategy was in.
+      ramp: ground whose roughness changes as walkers get better; None for the same in all.
       pruning: removes links as the evolution goes on, and ends it when that has cost too much;
         None to keep them.
     """
@@ -69,14 +71,14 @@ class Experiment:
     restart_after: int | None = None
     restart_below: float = 0.0
     restart_at: int | None = None
-    start: Literal["zero", "winner", "population"] = "zero"
+    start: Literal["zero", "winner", "mean", "population"] = "zero"
     ramp: RoughnessRamp | None = None
     pruning: Pruning | None = None
 
     def __post_init__(self) -> None:
         positive(self, "population_size", "generations", "terrains_per_evaluation")
-        if self.start not in ("zero", "winner", "population"):
-            raise ValueError(f"start must be zero, winner or population, got {self.start!r}")
+        if self.start not in ("zero", "winner", "mean", "population"):
+            raise ValueError(f"start must be zero, winner, mean or population, got {self.start!r}")
         if self.restart_after is not None and (self.pruning or self.start == "population"):
             raise ValueError(
                 "restart_after must be null where links are pruned or start is population: a "
@@ -143,13 +145,22 @@ class Experiment:
         pruner: Any = strategy
         return jax.jit(pruner.begin)(unflatten(state.inner, before), elite_fitness)
 
+    def first_roughness(self) -> float:
+        """Returns the roughness of generation 1, m."""
+        return self.env.terrain.roughness if self.ramp is None else self.ramp.start
+
+    def next_roughness(self, roughness: float, fitness: Float[np.ndarray, " pop"]) -> float:
+        """Returns the roughness of the generation after one of that roughness and fitness, m."""
+        if self.ramp is None:
+            return roughness
+        return self.ramp.after(roughness, fitness, self.env.terrain.roughness)
+
     def sample_terrains(
-        self, key: PRNGKeyArray, num: int, generation: int
+        self, key: PRNGKeyArray, num: int, roughness: float | None = None
     ) -> Float[Array, "terrain node"]:
-        """Returns the terrains of a generation, heights in m."""
+        """Returns terrains, heights in m; of the environment's own roughness if none is given."""
         terrain = self.env.terrain
-        if self.ramp is not None:
-            roughness = self.ramp.at(generation, terrain.roughness)
+        if roughness is not None:
             terrain = dataclasses.replace(terrain, roughness=roughness)
         return terrain.sample(key, num)
 

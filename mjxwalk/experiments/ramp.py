@@ -1,33 +1,47 @@
-"""Ground that gets rougher as walkers get better."""
+"""Ground whose roughness follows how well the walkers do."""
 
 import dataclasses
+from typing import Any
+
+import numpy as np
 
 from mjxwalk.envs.checks import not_negative, positive
+
+GOOD_SHARE = 0.2  # ours: whose distance counts, the parents of Solomon et al. (2013), section 2.7.3
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class RoughnessRamp:
-    """A line from one roughness to that of the environment's own terrain.
+    """A roughness that nears that of the environment's own terrain by steps that are earned.
 
     Attributes:
-      start: roughness in generation 1, m.
-      generations: that the environment's own roughness is reached in.
+      start: roughness in generation 1, m; below the environment's own, or above it.
+      factor: by which it nears that after a good generation.
+      distance: that the fittest fifth of a good generation walk on average, m.
     """
 
     start: float
-    generations: int
+    factor: float = 1.03
+    distance: float = 0.0
 
     def __post_init__(self) -> None:
-        not_negative(self, "start")
-        positive(self, "generations")
+        positive(self, "start")
+        not_negative(self, "distance")
+        if not self.factor > 1:
+            raise ValueError(f"factor must be above 1, got {self.factor}")
 
-    def at(self, generation: int, end: float) -> float:
-        """Returns the roughness of a generation, m.
+    def after(self, roughness: float, fitness: Any, end: float) -> float:
+        """Returns the roughness of the next generation, m.
 
         Args:
-          generation: counted from 1.
+          roughness: of this one, m.
+          fitness: of its walkers, m; NaN counts as nothing walked.
           end: roughness of the environment's own terrain, m.
         """
-        if generation >= self.generations:
-            return end
-        return self.start + (end - self.start) * (generation - 1) / (self.generations - 1)
+        walked = np.sort(np.nan_to_num(np.asarray(fitness, np.float64), nan=0.0))
+        good = walked[-max(1, round(GOOD_SHARE * walked.size)) :]
+        if good.mean() < self.distance:
+            return roughness
+        if roughness < end:
+            return min(end, roughness * self.factor)
+        return max(end, roughness / self.factor)

@@ -41,7 +41,8 @@ def scaled(experiment: T, factor: float) -> T:
         )
     if getattr(given, "ramp", None) is not None:
         ramp = given.ramp
-        changes["ramp"] = dataclasses.replace(ramp, generations=count(ramp.generations))
+        # As far in fewer generations.
+        changes["ramp"] = dataclasses.replace(ramp, factor=ramp.factor ** (1 / factor))
     if getattr(given, "restart_after", None) is not None:
         after = count(given.restart_after, FEWEST_GENERATIONS)
         changes["restart_after"] = after

@@ -137,7 +137,7 @@ def _stick(phase: Phase, seed: int, engine: str) -> Stick:
     experiment = phase.experiment
     env = experiment.env
     key = jax.random.fold_in(jax.random.key(seed), STICK_FIGURES)
-    heights = np.asarray(experiment.sample_terrains(key, CHOICE, experiment.generations))
+    heights = np.asarray(experiment.sample_terrains(key, CHOICE))
     terrain: Any = Terrain(heights, np.arange(CHOICE, dtype=np.int32))  # type: ignore[arg-type]
     recording = replay.record(
         env,

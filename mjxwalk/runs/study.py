@@ -50,6 +50,12 @@ class StudyConfig:
             save_every=self.save_every,
         )
 
+    def has_tournament(self, number: int) -> bool:
+        """Returns whether a phase ends with a tournament: where its population is only averaged
+        by the next one, nobody asks who its best walker is."""
+        following = self.phases[number + 1 :]
+        return not following or following[0][1].start != "mean"
+
     def folder(self, path: Path, number: int) -> Path:
         """Returns where a phase's run is in the study's folder; phases are counted from 0."""
         return path / f"{number + 1}-{self.phases[number][0]}"

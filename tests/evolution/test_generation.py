@@ -1,5 +1,7 @@
 """Tests of one generation, with the toy's evaluator as the independent reckoning."""
 
+from typing import Any
+
 import jax
 import numpy as np
 import pytest
@@ -49,7 +51,7 @@ def test_fitness_is_the_mean_over_the_generation_s_terrains() -> None:
     state, _ = advance(1)
     key = jax.random.fold_in(jax.random.key(0), 1)
     _, key_terrains, _ = jax.random.split(key, 3)
-    offsets = np.asarray(TOY.sample_terrains(key_terrains, 2, 1), np.float64)
+    offsets = np.asarray(TOY.sample_terrains(key_terrains, 2), np.float64)
     gain = np.asarray(state.population.gain, np.float64)
     bias = np.asarray(state.population.bias, np.float64)
     squares = [((gain - 1 - off) ** 2).sum((1, 2)) + (bias - 1) ** 2 for off in offsets]
@@ -87,3 +89,23 @@ def test_elites_are_the_fittest_of_the_last_generations_newest_last() -> None:
 def test_nan_is_never_the_fittest() -> None:
     assert fittest(np.array([np.nan, -5.0, -np.inf], np.float32)) == 1
     assert fittest(np.array([np.nan, np.nan], np.float32)) == 0
+
+
+def test_the_ground_is_as_rough_as_the_walkers_before_have_earned() -> None:
+    asked: list[float | None] = []
+
+    class Earned(toy.Toy):
+        def next_roughness(self, roughness: float, fitness: Any) -> float:
+            return roughness + float(np.median(fitness))
+
+        def sample_terrains(self, key: Any, num: int, roughness: float | None = None) -> Any:
+            asked.append(roughness)
+            return super().sample_terrains(key, num, roughness)
+
+    experiment = Earned()
+    evolution = Evolution(experiment, toy.ToyEvaluator(experiment, "auto"))
+    first, _ = evolution.advance(evolution.start(1))
+    second, _ = evolution.advance(first)
+    expected = experiment.env.terrain.roughness + float(np.median(first.fitness))
+    assert asked == [experiment.env.terrain.roughness, expected]
+    assert second.roughness == expected + float(np.median(second.fitness))

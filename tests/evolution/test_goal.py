@@ -111,21 +111,21 @@ def test_who_falls_at_a_finer_step_misses_the_goal() -> None:
         found(goal, Scripted([set()]), [False])
 
 
-def test_the_goal_is_tried_on_the_ground_of_the_last_generation() -> None:
-    asked: list[int] = []
+def test_the_goal_is_tried_on_the_ground_of_the_environment() -> None:
+    asked: list[float | None] = []
 
     class Rougher(Toy):
-        def sample_terrains(self, key: Any, num: int, generation: int) -> Any:
-            asked.append(generation)
-            return super().sample_terrains(key, num, generation)
+        def sample_terrains(self, key: Any, num: int, roughness: float | None = None) -> Any:
+            asked.append(roughness)
+            return super().sample_terrains(key, num, roughness)
 
     before = outcome([3], [[False]], 5.0)
     keys = (jax.random.key(0), jax.random.key(1))
     walkers = np.arange(1)
     trying = Scripted([set()])
     goal = Goal(trials=5, fine_trials=5)
-    assert goal.find(Rougher(generations=77), trying, walkers, before, keys, trying) == 0
-    assert asked == [77, 77]
+    assert goal.find(Rougher(), trying, walkers, before, keys, trying) == 0
+    assert asked == [None, None]
 
 
 @pytest.mark.parametrize(

@@ -17,42 +17,50 @@ from mjxwalk.experiments.solomon import RAMP
 from mjxwalk.experiments.study import Study
 
 LPD = experiments.get("solomon-2d/lpd")
+ROUGH = experiments.get("solomon-2d/rough")
 
 
-def step(experiment: Any, generation: int) -> float:
-    """Returns how much higher or lower each node of a generation's terrain is than the last."""
-    heights = experiment.sample_terrains(jax.random.key(0), 3, generation)
+def step(experiment: Any, roughness: float | None = None) -> float:
+    """Returns how much higher or lower each node of a terrain is than the one before."""
+    heights = experiment.sample_terrains(jax.random.key(0), 3, roughness)
     return float(np.abs(np.diff(np.asarray(heights, np.float64), axis=1)).max())
 
 
-def test_a_ramp_is_a_line_from_the_first_generation_on() -> None:
-    ramp = RoughnessRamp(start=0.01, generations=5)
-    at = [ramp.at(generation, 0.03) for generation in range(1, 8)]
-    np.testing.assert_allclose(at, [0.01, 0.015, 0.02, 0.025, 0.03, 0.03, 0.03])
-    assert RoughnessRamp(start=0.01, generations=1).at(1, 0.03) == 0.03
+def test_a_ramp_goes_on_where_the_fittest_fifth_walk_far_enough() -> None:
+    ramp = RoughnessRamp(start=0.01, factor=2.0, distance=5.0)
+    far = np.array([0.0] * 8 + [4.0, 6.0])
+    assert ramp.after(0.01, far, 0.03) == 0.02
+    assert ramp.after(0.02, far, 0.03) == 0.03
+    assert ramp.after(0.03, far, 0.03) == 0.03
+    assert ramp.after(0.08, far, 0.03) == 0.04
+    assert ramp.after(0.04, far, 0.03) == 0.03
+    assert ramp.after(0.01, far - 0.1, 0.03) == 0.01
+    assert ramp.after(0.01, np.where(far > 5, np.nan, far), 0.03) == 0.01
 
 
-def test_terrains_follow_the_ramp_to_the_environment_s_own_roughness() -> None:
-    experiment = dataclasses.replace(LPD, ramp=RoughnessRamp(start=0.0, generations=3))
+def test_terrains_are_of_the_environment_s_roughness_or_that_asked_for() -> None:
     # float32 heights of up to a metre
-    assert step(experiment, 1) == 0.0
-    assert step(experiment, 2) == pytest.approx(0.01, abs=1e-6)
-    assert step(experiment, 3) == pytest.approx(0.02, abs=1e-6)
-    assert step(experiment, 500) == pytest.approx(0.02, abs=1e-6)
-    assert step(dataclasses.replace(LPD, ramp=None), 1) == pytest.approx(0.02, abs=1e-6)
+    assert step(LPD) == pytest.approx(0.02, abs=1e-6)
+    assert step(LPD, 0.01) == pytest.approx(0.01, abs=1e-6)
+    assert LPD.first_roughness() == 0.02
+    assert LPD.next_roughness(0.02, np.full(5, 100.0)) == 0.02
+    assert ROUGH.first_roughness() == RAMP.start
+    assert ROUGH.next_roughness(0.019, np.full(5, 100.0)) == pytest.approx(0.01957)
+    assert ROUGH.next_roughness(0.0199, np.full(5, 100.0)) == 0.02
 
 
-def test_generations_of_one_roughness_compile_nothing_anew() -> None:
-    LPD.sample_terrains(jax.random.key(0), 1, 1)
+def test_generations_of_another_roughness_compile_nothing_anew() -> None:
+    LPD.sample_terrains(jax.random.key(0), 1, 0.01)
     with jax.no_tracing():
-        LPD.sample_terrains(jax.random.key(1), 1, 2)
+        LPD.sample_terrains(jax.random.key(1), 1, 0.02)
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        (RoughnessRamp, {"start": -0.1, "generations": 5}, "start"),
-        (RoughnessRamp, {"start": 0.1, "generations": 0}, "generations"),
+        (RoughnessRamp, {"start": -0.1}, "start"),
+        (RoughnessRamp, {"start": 0.1, "factor": 1.0}, "factor must be above 1, got 1.0"),
+        (RoughnessRamp, {"start": 0.1, "distance": -1.0}, "distance"),
         (Pruning, {"every": 0}, "every"),
         (Pruning, {"floor": 1.5}, "floor must be above 0 and at most 1, got 1.5"),
         (Pruning, {"window": 51}, "window"),
@@ -67,23 +75,23 @@ def test_wrong_settings_are_refused(wrong: tuple[Any, dict[str, Any], str]) -> N
 
 def test_restarts_and_what_was_evolved_before_exclude_each_other() -> None:
     with pytest.raises(ValueError, match="restart_after must be null"):
-        dataclasses.replace(LPD, start="population")
+        dataclasses.replace(ROUGH, start="population")
     with pytest.raises(ValueError, match="restart_after must be null"):
-        dataclasses.replace(LPD, pruning=Pruning())
+        dataclasses.replace(ROUGH, pruning=Pruning())
 
 
 def test_scaling_keeps_the_structure() -> None:
     sil = scaled(experiments.get("solomon-2d/sil"), 0.02)
     assert (sil.population_size, sil.generations) == (10, 30)
     assert sil.pruning == Pruning(every=1, reference=1, window=1, settle=4)
-    assert scaled(LPD, 0.1) == dataclasses.replace(
-        LPD,
-        population_size=15,
-        generations=50,
-        ramp=RoughnessRamp(start=RAMP.start, generations=30),
-        restart_after=4,
+    assert scaled(ROUGH, 0.5) == dataclasses.replace(
+        ROUGH,
+        population_size=320,
+        generations=100,
+        ramp=dataclasses.replace(RAMP, factor=RAMP.factor**2),
+        restart_after=20,
     )
-    tiny = scaled(LPD, 1e-9)
+    tiny = scaled(ROUGH, 1e-3)
     assert (tiny.population_size, tiny.generations, tiny.restart_after) == (10, 2, 2)
     lpd = scaled(experiments.get("planar-lpd"), 1e-9)
     assert (lpd.restart_after, lpd.restart_at) == (2, 3)
@@ -96,12 +104,12 @@ def test_scaling_keeps_the_structure() -> None:
 
 def test_phases_are_chained_and_named_after_their_study() -> None:
     study = experiments.get_study("solomon-2d")
-    assert [e.start for _, e in study.phases] == ["zero", "winner", "population"]
+    assert [e.start for _, e in study.phases] == ["zero", "mean", "winner", "population"]
     assert study.phase("fil") is experiments.get("solomon-2d/fil")
-    assert [e.population_size for _, e in study.scaled(0.2).phases] == [30, 30, 30]
+    assert [e.population_size for _, e in study.scaled(0.2).phases] == [128, 30, 30, 30]
     with pytest.raises(ValueError, match="must be named other/lpd, got solomon-2d/lpd"):
         Study(name="other", phases=(("lpd", LPD),))
-    with pytest.raises(ValueError, match="solomon-2d/fil comes first and must start from zero"):
+    with pytest.raises(ValueError, match="solomon-2d/lpd comes first and must start from zero"):
         Study(name="solomon-2d", phases=study.phases[1:])
     with pytest.raises(ValueError, match="phases must have names of their own"):
         Study(name="solomon-2d", phases=study.phases[:1] * 2)
@@ -125,7 +133,7 @@ def test_the_paper_s_numbers_are_those_of_the_study() -> None:
     assert {e.population_size for e in (lpd, fil, sil)} == {150}
     assert {e.terrains_per_evaluation for e in (lpd, fil, sil)} == {1}
     for phase in (lpd, fil, sil):
-        assert step(phase, 1) == pytest.approx(0.02, abs=1e-6)
+        assert step(phase) == pytest.approx(0.02, abs=1e-6)
     assert (lpd.generations, fil.generations) == (500, 3000)
     assert lpd.env.torque_budget == 3 * fil.env.torque_budget
     assert lpd.strategy.options["sigma"] == 0.05
