@@ -63,7 +63,7 @@ def _table(given: Mapping[str, Sequence[Benchmark]]) -> Table:
                     f"{100 * row['fall_rate_high']:.1f})"
                 ),
                 Cell(percent(row["lowest_fall_rate"])),
-                quoted(paper.FALL_RATE.get(str(name)), 1, is_share=True),
+                quoted(paper.FALL_RATE.get(str(name)), 1, scale=100, unit=" %"),
                 Cell(spread(row["cost_of_transport"], row["cost_of_transport_sd"], 3)),
                 quoted(paper.COST_OF_TRANSPORT.get(str(name)), 3),
             ),

@@ -51,9 +51,10 @@ def build(
     """
     read = [sources.read(path) for path in paths]
     variants = sources.by_variant(read)
+    asked = {name: each for name, each in variants.items() if not each[0].is_between}
     found: dict[str, recorded.Recorded] = {}
     if num_trials:
-        found = recorded.record(variants, num_trials=num_trials, seed=seed, engine=engine, say=say)
+        found = recorded.record(asked, num_trials=num_trials, seed=seed, engine=engine, say=say)
     why_not = (
         "Table 5 and Figures 5 and 6 are of planar walkers."
         if num_trials
@@ -61,14 +62,14 @@ def build(
     )
     return Page(
         title=_title(read),
-        lead=_lead(read, variants),
+        lead=_lead(read, asked),
         remarks=tuple(remarks.find(read, variants)),
         sections=(
             ran.section(read),
             fitness.section(variants),
-            winners.section(variants),
-            benchmarks.section(variants),
-            links.section(variants),
+            winners.section(asked),
+            benchmarks.section(asked),
+            links.section(asked),
             walking.section(found, why_not=why_not),
         ),
         references=REFERENCES,

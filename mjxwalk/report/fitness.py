@@ -34,6 +34,11 @@ def section(variants: Mapping[str, Sequence[Phase]]) -> Section:
     )
 
 
+def prunes(phase: Phase) -> bool:
+    """Returns whether links are removed in a phase."""
+    return getattr(phase.experiment, "pruning", None) is not None
+
+
 def _over_phases(chain: Mapping[str, Sequence[Phase]]) -> Picture:
     last = list(chain.values())[-1][0]
     drawn: list[PhaseCurves] = []
@@ -43,19 +48,17 @@ def _over_phases(chain: Mapping[str, Sequence[Phase]]) -> Picture:
         label = name if factor == 1.0 else f"{name} × {factor:.2g}"
         if factor != 1.0:
             factors.append(
-                f"fitness of {name} is times {factor:.2g}, since its trials may cost "
-                f"{1 / factor:.3g} times as much"
+                f"Fitness of {name} is times {factor:.2g}, since its trials may cost "
+                f"{1 / factor:.3g} times as much."
             )
         drawn += _curves(label, phases, factor)
-    told = "; ".join(_told(phase) for phase in drawn if len(phase))
-    alt = f"Two curves over the generations. {told}."
+    alt = "; ".join(_told(phase) for phase in drawn if len(phase))
+    alt = f"Two curves over the generations. {alt}."
     num = max(map(len, chain.values()))
-    caption = (
-        f"Figure 4a. Fitness of the fittest and mean fitness, {_averaged(num)}, phase after phase"
-    )
+    told = [f"Figure 4a. Fitness of the fittest and mean fitness, {_averaged(num)}."]
     return Picture(
         name="figure-4a",
-        caption=". ".join([caption, *(f"{f[:1].upper()}{f[1:]}" for f in factors)]) + ".",
+        caption=" ".join([*told, *factors, *_ends(chain)]),
         svg=drawing.inline(figures.fitness_over_phases(drawn), name="figure-4a", alt=alt),
         data=_data(drawn),
     )
@@ -81,7 +84,7 @@ def _compared(name: str, variants: Mapping[str, Sequence[Phase]]) -> Picture:
 def _curves(name: str, phases: Sequence[Phase], factor: float) -> list[PhaseCurves]:
     """Returns a phase's curves; of one that prunes, while links go and after."""
     metrics = [phase.run.metrics for phase in phases]
-    if getattr(phases[0].experiment, "pruning", None) is None:
+    if not prunes(phases[0]):
         return [curves.average_phase(name, metrics, scale=factor)]
     pairs = [_split(phase) for phase in phases]
     return [
@@ -104,6 +107,19 @@ def _factor(phase: Phase, last: Phase) -> float:
     """Returns what makes the fitness of a phase comparable with that of the last one."""
     budgets = [float(getattr(p.experiment.env, "torque_budget", 1.0)) for p in (phase, last)]
     return budgets[1] / budgets[0]
+
+
+def _ends(chain: Mapping[str, Sequence[Phase]]) -> list[str]:
+    """Returns of which phases the runs have different lengths without being stretched."""
+    told: list[str] = []
+    for name, phases in chain.items():
+        sizes = [len(phase.run.metrics["generation"]) for phase in phases]
+        if min(sizes) < max(sizes) and not prunes(phases[0]):
+            told.append(
+                f"Runs of {name} ended after {min(sizes)} to {max(sizes)} generations; the average "
+                "is of those that were still going on, and jumps where one ends."
+            )
+    return told
 
 
 def _averaged(num_runs: int) -> str:

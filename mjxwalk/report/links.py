@@ -8,6 +8,7 @@ import numpy as np
 from mjxwalk.analysis import links as analysed
 from mjxwalk.analysis import paper, tables
 from mjxwalk.controllers.linear_reactive import local_links
+from mjxwalk.report.fitness import prunes
 from mjxwalk.report.parts import (
     LOST,
     NOTHING,
@@ -49,8 +50,7 @@ def section(variants: Mapping[str, Sequence[Phase]]) -> Section:
 
 def is_pruned(phase: Phase) -> bool:
     """Returns whether a phase removes links that Table 3 counts."""
-    prunes = getattr(phase.experiment, "pruning", None) is not None
-    return prunes and hasattr(phase.walker.genotype, "walking")
+    return prunes(phase) and hasattr(phase.walker.genotype, "walking")
 
 
 def _tables(name: str, phases: Sequence[Phase]) -> list[Table]:
@@ -100,28 +100,31 @@ def _summary(name: str, present: Any) -> Table:
 def _survival(name: str, present: Any, survivors: Any) -> Table:
     counts = analysed.survival_table(present)
     reduced, local = analysed.reduced(present), local_links()
+    several = len(present) > 1
+
+    def cell(network: int, place: int) -> Cell:
+        num = int(survivors[network, place])
+        if local[network, place]:
+            return Cell("always", share=1.0)
+        share = num / len(present)
+        if not several:
+            return Cell("left" if num else NOTHING, share=share)
+        return Cell(str(num), share=share, is_marked=bool(reduced[network, place]))
+
     rows = [
-        Row(
-            str(sense),
-            tuple(
-                Cell(
-                    "always" if local[network, place] else str(num),
-                    share=float(num / len(present)),
-                    is_marked=bool(reduced[network, place] and not local[network, place]),
-                )
-                for network, num in enumerate(line)
-            ),
-        )
-        for place, (sense, line) in enumerate(zip(counts.index, survivors.T, strict=True))
+        Row(str(sense), tuple(cell(network, place) for network in range(len(survivors))))
+        for place, sense in enumerate(counts.index)
     ]
+    caption = f"In how many of {len(present)} winners of {name} a link is left"
     return Table(
         name=f"table-3-{name}",
-        caption=f"Table 3. In how many of {count(len(present), 'winner')} of {name} a link is left",
+        caption=f"Table 3. {caption if several else f'Which links the winner of {name} has left'}",
         head="input",
         columns=tuple(Column(str(network)) for network in counts.columns),
         groups=(RowGroup("", tuple(rows)),),
         data=counts.rename_axis("input").reset_index(),
-        note="Bold: in the reduced set. The paper's counts are lost; its percentages are above.",
+        note=("Bold: in the reduced set. " if several else "")
+        + "The paper's counts are lost; its percentages are above.",
     )
 
 

@@ -183,15 +183,14 @@ def spread(mean: float | None, sd: float | None, places: int) -> str:
     return first if NOTHING in (first, second) else f"{first} ± {second}"
 
 
-def quoted(value: Quoted | None, places: int, *, is_share: bool = False) -> Cell:
+def quoted(value: Quoted | None, places: int, *, scale: int = 1, unit: str = "") -> Cell:
     """Returns another's number: a dash for one that nobody ever gave, "lost" for one that is."""
     if value is None:
         return Cell(NOTHING, is_quoted=True)
     if value.value is None:
         return Cell(LOST, is_quoted=True)
-    if is_share:
-        return Cell(percent(value.value, places), is_quoted=True)
-    return Cell(spread(value.value, value.sd, places), is_quoted=True)
+    sd = None if value.sd is None else scale * value.sd
+    return Cell(spread(scale * value.value, sd, places) + unit, is_quoted=True)
 
 
 def cells(*texts: str) -> tuple[Cell, ...]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from mjxwalk.report.parts import Column, Row, RowGroup, Section, Table, cells, count, frame, number
+from mjxwalk.report.parts import Column, Row, RowGroup, Section, Table, cells, frame, number
 from mjxwalk.report.sources import Phase, Source
 from mjxwalk.zoo import repeating
 
@@ -116,7 +116,7 @@ def _versions(sources: Sequence[Source]) -> Table:
         name="versions",
         caption="Versions and machines",
         head="of",
-        columns=(Column(f"in {count(len(manifests), 'run')}"),),
+        columns=(Column("version or name"),),
         groups=(RowGroup("", rows),),
         data=frame([{"of": k, "value": "; ".join(values)} for k, values in found.items()]),
         note="A commit with a plus had changes that were not committed.",

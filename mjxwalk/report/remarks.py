@@ -85,19 +85,19 @@ def _unpruned(phases: Sequence[Phase]) -> Items:
 
 def _untried(phases: Sequence[Phase]) -> Items:
     return tuple(
-        (phase.label, _command("tournament", phase.label))
+        ("", _command("tournament", phase.label))
         for phase in phases
-        if phase.tournament is None
+        if phase.tournament is None and not phase.is_between
     )
 
 
 def _gaits(phases: Sequence[Phase]) -> Items:
-    return tuple(
-        (f"{phase.label}: {remark}", "")
-        for phase in phases
-        if phase.tournament is not None
-        for remark in showing.remarks(phase.tournament)
-    )
+    found: dict[str, list[str]] = {}
+    for phase in phases:
+        if phase.tournament is not None:
+            for remark in showing.remarks(phase.tournament):
+                found.setdefault(remark, []).append(phase.label)
+    return tuple((f"{', '.join(labels)}: {remark}", "") for remark, labels in found.items())
 
 
 def _twins(variants: Mapping[str, Sequence[Phase]]) -> Items:

@@ -24,6 +24,8 @@ class Phase:
       walker: its best.
       tournament: that the walker won; None without one, or if the run has gone on since.
       is_running: whether a process is working on it.
+      is_between: whether it only leads to the next phase of its study, so that nobody asks which of
+        its walkers is best.
     """
 
     name: str
@@ -33,6 +35,7 @@ class Phase:
     walker: Walker
     tournament: Tournament | None
     is_running: bool
+    is_between: bool = False
 
     @property
     def label(self) -> str:
@@ -91,7 +94,7 @@ def read(path: Path) -> Source:
     for number, (name, _) in enumerate(given.phases):
         place = given.folder(path, number)
         if (place / config.FILE).is_file() and metrics.read(place):
-            phases.append(_read_phase(place))
+            phases.append(_read_phase(place, is_between=not given.has_tournament(number)))
         else:
             missing.append(name)
     if not phases:
@@ -121,7 +124,7 @@ def shown(path: Path) -> str:
     return str(path).encode(errors="replace").decode()
 
 
-def _read_phase(path: Path) -> Phase:
+def _read_phase(path: Path, *, is_between: bool = False) -> Phase:
     run = runs.load(path)
     walker = walkers.best(path)
     study_name, _, phase = walker.experiment.name.rpartition("/")
@@ -133,6 +136,7 @@ def _read_phase(path: Path) -> Phase:
         walker=walker,
         tournament=tournament.read(path) if walker.rank == "winner" else None,
         is_running=folder.is_locked(path),
+        is_between=is_between,
     )
 
 

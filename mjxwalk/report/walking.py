@@ -82,9 +82,8 @@ def _table(recorded: Mapping[str, Recorded]) -> Table:
 
 
 def _line(data: Frame, name: str, variants: list[str]) -> tuple[Cell, ...]:
-    share = name == "double_stance"
     places = PLACES[name][1]
-    scale = 100 if share else 1
+    scale = 100 if name == "double_stance" else 1
     ours = [
         Cell(
             spread(scale * data.loc[variant, name], scale * data.loc[variant, f"{name}_sd"], places)
@@ -93,7 +92,7 @@ def _line(data: Frame, name: str, variants: list[str]) -> tuple[Cell, ...]:
     ]
     papers = any(variant in paper.VARIANTS for variant in variants) and name in IN_PAPER
     human = [
-        quoted(source.get(name), places, is_share=share)
+        quoted(source.get(name), places, scale=scale)
         for source in (paper.HUMAN, paper.HUMAN_IN_PAPER)
     ]
     return (*ours, Cell(LOST if papers else NOTHING, is_quoted=True), *human)
@@ -119,7 +118,7 @@ def _stick(name: str, stick: Stick) -> Picture:
         name=place,
         caption=(
             f"Figure 5, {name}. The winner of {stick.label} from its start, every half second"
-            f"{end}. The left leg is dark, the right one pale."
+            f"{end}. The right leg is the faint one."
         ),
         svg=drawing.inline(drawn, name=place, alt=alt),
     )

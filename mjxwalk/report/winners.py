@@ -28,7 +28,7 @@ COLUMNS = (
     Column("trials"),
     Column("distance (m)"),
     Column("falls (95 % interval)"),
-    Column("falls per 100 m"),
+    Column("falls per 100\N{NO-BREAK SPACE}m"),
     Column("cost of transport"),
     Column("speed (m/s)"),
     Column("step length (m)"),
