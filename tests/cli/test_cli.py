@@ -214,7 +214,8 @@ def test_ctrl_c_saves_and_says_how_to_go_on() -> None:
     assert (process.returncode, err) == (130, "")
     assert "go on with: mjxwalk resume a" in out
     run = runs.load("a")
-    assert run.generation == len(run.metrics["generation"])
+    # A line is written before its checkpoint; one that Ctrl-C leaves without is cut at the resume.
+    assert len(run.metrics["generation"]) - run.generation in (0, 1)
     assert not folder.is_locked(Path("a"))
 
 
