@@ -50,6 +50,8 @@ class GaitTable:
         Raises:
           RunError: an argument is wrong, or there is no such source.
         """
+        if not self.sources:
+            raise runs.RunError("no runs were named")
         if self.trials < 1:
             raise runs.RunError(f"--trials must be at least 1, got {self.trials}")
         if self.duration < 0.0:
@@ -90,9 +92,7 @@ class GaitTable:
 
 def _shown(table: Any) -> Any:
     """Returns the table with each mean and its deviation in one cell."""
-    shown = table[["trials", "falls"]].map(
-        lambda number: "" if number != number else f"{number:.0f}"
-    )
+    shown = table[["trials", "falls"]].astype("string").fillna("")
     for name, places in COLUMNS.items():
         pairs = zip(table[name], table[f"{name}_sd"], strict=True)
         shown[name] = [_cell(mean, sd, places) for mean, sd in pairs]

@@ -40,6 +40,8 @@ class LinkSurvival:
         Raises:
           RunError: there is no such source, it has no links, or a file cannot be written.
         """
+        if not self.sources:
+            raise runs.RunError("no runs were named")
         if not 0.0 < self.threshold <= 1.0:
             raise runs.RunError(f"--threshold must be above 0 and at most 1, got {self.threshold}")
         for source in self.sources:

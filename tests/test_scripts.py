@@ -1,14 +1,20 @@
 """Tests of the scripts, each as a user calls it."""
 
 import importlib.util
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import toy
+from analysis.walking import recording, walk
 
-from mjxwalk import cli, runs
+from mjxwalk import cli, runs, walkers
+from mjxwalk.analysis import trials
+from mjxwalk.controllers import LinearReactive, Weights
+from mjxwalk.experiments.solomon import PLANAR_FIL
+from mjxwalk.walkers import Walker
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 
@@ -24,6 +30,10 @@ def load(name: str) -> Any:
 
 CHAMPION = load("champion").Champion
 PLOT = load("plot_fitness").PlotFitness
+SURVIVAL = load("link_survival").LinkSurvival
+GAIT = load("gait_table").GaitTable
+DENSITY = load("angle_density").AngleDensity
+STICKS = load("stick_figures").StickFigures
 
 
 @pytest.fixture(autouse=True)
@@ -57,7 +67,119 @@ def test_plot_fitness_draws_a_picture() -> None:
     assert Path("figure.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize(("program", "command"), [("champion.py", CHAMPION), ("plot.py", PLOT)])
+@pytest.fixture
+def planar(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lets every source hold a planar walker that falls at once, with all links but one."""
+    weights = np.ones((6, 16), np.float32)
+    weights[0, 1] = 0.0
+    genotype: Any = Weights(weights, weights, np.float32(0.5), None)  # type: ignore[arg-type]
+
+    def best(source: str) -> Walker:
+        return Walker(
+            name=source, rank="winner", experiment=PLANAR_FIL, genotype=genotype, generation=1
+        )
+
+    monkeypatch.setattr(walkers, "best", best)
+    monkeypatch.setattr(walkers, "check", lambda source: None)
+
+
+@pytest.fixture
+def walking(planar: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lets its trials be those of a gait with known numbers."""
+
+    def recorded(*args: Any, trials: int, **options: Any) -> Any:
+        return recording([walk()] * trials, fell=[False] * trials)
+
+    monkeypatch.setattr(trials, "record_trials", recorded)
+
+
+@pytest.mark.usefixtures("planar")
+def test_link_survival_counts_and_writes_what_evolve_takes(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    args = ["b", "c", "--csv", "links.csv", "--figure", "links.png", "--reduced", "links.json"]
+    assert cli.run("link_survival.py", SURVIVAL, args) == 0
+    out = capsys.readouterr().out
+    assert "links left, of 2 runs" in out and "paper_kept" in out
+    rows = Path("links.csv").read_text().splitlines()
+    assert len(rows) == 1 + 16 and rows[2] == "stance thigh,0,2,2,2,2,2"
+    assert Path("links.png").read_bytes().startswith(b"\x89PNG")
+    reduced = json.loads(Path("links.json").read_text())
+    controller = LinearReactive(links={name: tuple(inputs) for name, inputs in reduced.items()})
+    assert int(controller.mask().walking.sum()) == 96 - 1
+
+
+@pytest.mark.usefixtures("walking")
+def test_gait_table_shows_a_known_gait_beside_a_human(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run("gait_table.py", GAIT, ["b", "--trials", "2", "--csv", "gait.csv"]) == 0
+    shown = capsys.readouterr().out.splitlines()
+    row = next(line for line in shown if line.startswith("b "))
+    assert "0.600 ± 0.000" in row and "0.200 ± 0.000" in row and "1.20 ± 0.00" in row
+    assert any(line.startswith("human ") and "1.24 ± 0.10" in line for line in shown)
+    assert Path("gait.csv").read_text().splitlines()[1].startswith("b,1,2,0,14,")
+
+
+@pytest.mark.usefixtures("walking")
+def test_angle_density_draws_a_picture() -> None:
+    assert cli.run("angle_density.py", DENSITY, ["b", "--trials", "2", "--out", "a.png"]) == 0
+    assert Path("a.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("planar")
+def test_walkers_that_fall_are_said_to(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run("gait_table.py", GAIT, ["b", "--trials", "3"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == "b: falls in all 3 trials\n"
+    assert " -  " in next(line for line in captured.out.splitlines() if line.startswith("b "))
+    assert cli.run("angle_density.py", DENSITY, ["b", "--trials", "3"]) == 2
+    assert "b takes no whole step in a trial without a fall" in capsys.readouterr().err
+    assert cli.run("stick_figures.py", STICKS, ["b", "--start", "9"]) == 2
+    assert "the walker's trial is over before 9.0 s" in capsys.readouterr().err
+    assert cli.run("stick_figures.py", STICKS, ["b", "--start", "0", "--out", "b.png"]) == 0
+    assert Path("b.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.usefixtures("planar")
+@pytest.mark.parametrize(
+    ("command", "args", "message"),
+    [
+        (SURVIVAL, [], "no runs were named"),
+        (SURVIVAL, ["b", "--threshold", "0"], "--threshold must be above 0 and at most 1, got 0"),
+        (SURVIVAL, ["b", "--csv", "no/such/folder.csv"], "a file could not be written"),
+        (GAIT, [], "no runs were named"),
+        (GAIT, ["b", "--trials", "0"], "--trials must be at least 1, got 0"),
+        (GAIT, ["b", "--duration", "-1"], "--duration must not be negative, got -1.0"),
+        (DENSITY, ["b", "--trials", "-3"], "--trials must be at least 1, got -3"),
+        (STICKS, ["b", "--interval", "0"], "--interval must be at least 0.01"),
+    ],
+)
+def test_wrong_arguments_are_one_sentence(
+    command: Any, args: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert cli.run("script.py", command, args) == 2
+    complaint = capsys.readouterr().err
+    assert message in complaint and complaint.count("\n") == 1
+
+
+def test_walkers_without_links_are_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert cli.run("link_survival.py", SURVIVAL, ["a"]) == 2
+    assert "a holds walkers without links to count" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("program", "command"),
+    [
+        ("champion.py", CHAMPION),
+        ("plot.py", PLOT),
+        ("link_survival.py", SURVIVAL),
+        ("gait_table.py", GAIT),
+        ("angle_density.py", DENSITY),
+        ("stick_figures.py", STICKS),
+    ],
+)
 def test_no_run_is_one_sentence(
     program: str, command: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:

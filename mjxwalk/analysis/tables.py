@@ -120,7 +120,10 @@ def table_5(winners: Mapping[str, Sequence[Gait]]) -> Frame:
     for row, source in (("human", paper.HUMAN), ("human, as in the paper", paper.HUMAN_IN_PAPER)):
         rows[row] = {name: _value(quoted) for name, quoted in source.items()}
         rows[row] |= {f"{name}_sd": _sd(quoted) for name, quoted in source.items()}
-    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("variant")
+    table = pd.DataFrame.from_dict(rows, orient="index").rename_axis("variant")
+    # Whole numbers stay whole beside a human's, which are missing.
+    whole = ("runs", "trials", "falls", "strides") if winners else ()
+    return table.astype(dict.fromkeys(whole, "Int64"))
 
 
 def _value(quoted: paper.Quoted | None) -> float:

@@ -91,6 +91,7 @@ def test_spread_leaves_out_what_is_no_number() -> None:
     assert (mean, num) == (5.0, 1) and np.isnan(sd)
 
 
+@pytest.mark.slow
 def test_the_spatial_body_has_footfalls_too() -> None:
     env = Flame()
     ground = Surface(env.surface.sample(jax.random.key(0), 1), np.int32(0))  # type: ignore[arg-type]

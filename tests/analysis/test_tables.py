@@ -61,3 +61,9 @@ def test_table_5_of_one_winner_has_deviations_between_its_trials() -> None:
     row = tables.table_5({"fil": [gait_of(72)]}).loc["fil"]
     np.testing.assert_allclose(row["double_stance_sd"], 0.0, atol=1e-9)
     assert np.isnan(tables.table_5({"fil": []}).loc["fil", "speed_m_s"])
+    assert tables.table_5({}).index.tolist() == ["human", "human, as in the paper"]
+
+
+def test_whole_numbers_stay_whole_in_the_csv() -> None:
+    rows = tables.table_5({"fil": [gait_of(72)]}).to_csv().splitlines()
+    assert rows[1].startswith("fil,1,3,1,14,") and rows[2].startswith("human,,,,,1.24,0.1,")
