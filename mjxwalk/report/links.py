@@ -174,10 +174,11 @@ def _course(name: str, phases: Sequence[Phase], present: Any) -> Table:
     )
 
 
-def _ranged(values: Sequence[float], places: int) -> str:
+def _ranged(values: Sequence[float | int], places: int) -> str:
     if not values:
         return NOTHING
     mean = number(float(np.mean(values)), places)
     if len(values) == 1:
         return mean
-    return f"{mean} ({number(min(values), places)} to {number(max(values), places)})"
+    lowest, highest = (number(float(end), places) for end in (min(values), max(values)))
+    return f"{mean} ({lowest} to {highest})"

@@ -190,7 +190,7 @@ def quoted(value: Quoted | None, places: int, *, scale: int = 1, unit: str = "")
     if value.value is None:
         return Cell(LOST, is_quoted=True)
     sd = None if value.sd is None else scale * value.sd
-    return Cell(spread(scale * value.value, sd, places) + unit, is_quoted=True)
+    return Cell(spread(float(scale * value.value), sd, places) + unit, is_quoted=True)
 
 
 def cells(*texts: str) -> tuple[Cell, ...]:
