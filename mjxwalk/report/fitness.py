@@ -7,7 +7,6 @@ import numpy as np
 
 from mjxwalk.analysis import curves, figures
 from mjxwalk.analysis.curves import Curve, PhaseCurves
-from mjxwalk.analysis.frame import Frame
 from mjxwalk.report import drawing
 from mjxwalk.report.parts import Picture, Section, count, frame, number
 from mjxwalk.report.sources import Phase
@@ -43,15 +42,17 @@ def _over_phases(chain: Mapping[str, Sequence[Phase]]) -> Picture:
     last = list(chain.values())[-1][0]
     drawn: list[PhaseCurves] = []
     factors: list[str] = []
+    data: list[dict[str, Any]] = []
     for name, phases in chain.items():
         factor = _factor(phases[0], last)
-        label = name if factor == 1.0 else f"{name} × {factor:.2g}"
         if factor != 1.0:
             factors.append(
                 f"Fitness of {name} is times {factor:.2g}, since its trials may cost "
                 f"{1 / factor:.3g} times as much."
             )
-        drawn += _curves(label, phases, factor)
+        added = _curves(name, phases, factor)
+        data += _numbers(added, factor)
+        drawn += added
     alt = "; ".join(_told(phase) for phase in drawn if len(phase))
     alt = f"Two curves over the generations. {alt}."
     num = max(map(len, chain.values()))
@@ -60,7 +61,7 @@ def _over_phases(chain: Mapping[str, Sequence[Phase]]) -> Picture:
         name="figure-4a",
         caption=" ".join([*told, *factors, *_ends(chain)]),
         svg=drawing.inline(figures.fitness_over_phases(drawn), name="figure-4a", alt=alt),
-        data=_data(drawn),
+        data=frame(data),
     )
 
 
@@ -68,16 +69,15 @@ def _compared(name: str, variants: Mapping[str, Sequence[Phase]]) -> Picture:
     names = (name, COUNTERPARTS[name])
     drawn = [curve for each in names for curve in _curves(each, variants[each], 1.0)]
     alt = f"Four curves over the generations. {'; '.join(_told(phase) for phase in drawn)}."
-    place = "figure-4b" if name == "rsil" else f"figure-4b-{name}"
     return Picture(
-        name=place,
+        name="figure-4b",
         caption=(
             f"Figure 4b. Fitness of the fittest and mean fitness of {names[0]} (thick) beside "
             f"{names[1]} (thin), averages over {count(len(variants[name]), 'run')} and "
             f"{count(len(variants[names[1]]), 'run')}."
         ),
-        svg=drawing.inline(figures.fitness_of_groups(drawn), name=place, alt=alt),
-        data=_data(drawn),
+        svg=drawing.inline(figures.fitness_of_groups(drawn), name="figure-4b", alt=alt),
+        data=frame(_numbers(drawn, 1.0)),
     )
 
 
@@ -138,20 +138,20 @@ def _told(phase: PhaseCurves) -> str:
     return ", ".join(text)
 
 
-def _data(drawn: Sequence[PhaseCurves]) -> Frame:
-    return frame(
-        [
-            {
-                "phase": phase.name,
-                "generation": place + 1,
-                "runs": phase.num_runs,
-                **_of(phase.best, "fittest", place),
-                **_of(phase.mean, "mean", place),
-            }
-            for phase in drawn
-            for place in range(len(phase))
-        ]
-    )
+def _numbers(drawn: Sequence[PhaseCurves], factor: float) -> list[dict[str, Any]]:
+    """Returns a row for each generation; in it fitness has been multiplied by the factor."""
+    return [
+        {
+            "phase": phase.name,
+            "generation": place + 1,
+            "runs": phase.num_runs,
+            "factor": factor,
+            **_of(phase.best, "fittest", place),
+            **_of(phase.mean, "mean", place),
+        }
+        for phase in drawn
+        for place in range(len(phase))
+    ]
 
 
 def _of(curve: Curve, name: str, place: int) -> dict[str, float]:

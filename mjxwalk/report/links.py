@@ -39,7 +39,7 @@ def section(variants: Mapping[str, Sequence[Phase]]) -> Section:
             parts += _tables(name, pruned)
     text = (
         "Every network always sees its own angle, its rate and a bias; the other links may go. "
-        f"The reduced set has those that are left in {SURVIVAL_THRESHOLD:.0%} of the runs."
+        f"The reduced set has those that are left in {percent(SURVIVAL_THRESHOLD, 0)} of the runs."
         if parts
         else "Table 3 counts the links that pruning leaves; none of these runs prunes."
     )

@@ -49,10 +49,16 @@ def section(recorded: Mapping[str, Recorded], *, why_not: str = "") -> Section:
     parts: list[Table | Picture] = [_table(recorded)]
     parts += [_stick(name, each.stick) for name, each in recorded.items()]
     parts += [_density(name, each) for name, each in recorded.items() if each.density.steps]
+    still = [name for name, each in recorded.items() if not each.density.steps]
     text = (
         "Every winner was recorded again on new ground. Figures of the gait are of trials without "
         "a fall; of one winner ± is the standard deviation between trials, else between winners."
     )
+    if still:
+        text += (
+            f" There is no Figure 6 of {', '.join(still)}: no whole step was taken in a trial "
+            "without a fall."
+        )
     return Section(anchor="walking", title="How they walk", texts=(text,), parts=tuple(parts))
 
 
@@ -74,9 +80,9 @@ def _table(recorded: Mapping[str, Recorded]) -> Table:
         groups=(RowGroup("", tuple(rows)),),
         data=data.reset_index(),
         note=(
-            f"{basis}. The paper's numbers are lost; it calls speed and step length those of a "
-            "slightly brisk human, and double stance notably briefer than a human's. Adults: "
-            f"{paper.FUKUCHI}; in the paper: {paper.HUMAN_IN_PAPER['double_stance'].source}."
+            f"Without a fall, {basis}. The paper's numbers are lost; it calls speed and step "
+            "length those of a slightly brisk human, and double stance notably briefer than a "
+            f"human's. Adults: {paper.FUKUCHI}; in the paper: {paper.HUMAN_IN_PAPER['double_stance'].source}."
         ),
     )
 
@@ -101,7 +107,7 @@ def _line(data: Frame, name: str, variants: list[str]) -> tuple[Cell, ...]:
 def _basis(gaits: tuple[Gait, ...]) -> str:
     trials, falls = (sum(getattr(gait, name) for gait in gaits) for name in ("trials", "falls"))
     strides = sum(gait.strides for gait in gaits)
-    return f"{count(strides, 'stride')} in {trials - falls:,} of {count(trials, 'trial')}"
+    return f"{count(strides, 'stride')} in {trials - falls:,} of {trials:,} trials"
 
 
 def _stick(name: str, stick: Stick) -> Picture:
