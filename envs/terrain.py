@@ -1,11 +1,13 @@
 """Terrain as data: rows of heights that walkers share, made by a seeded random walk."""
 
 import dataclasses
+import functools
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.envs import checks
 
@@ -59,10 +61,9 @@ class RandomWalk:
 
     def sample(self, key: PRNGKeyArray, num: int) -> Float[Array, "terrain node"]:
         """Returns the heights of `num` independent terrains, m."""
-        steps = jax.random.rademacher(key, (num, self.num_nodes), jnp.int32)
-        nodes = self.start + self.spacing * jnp.arange(self.num_nodes)
+        nodes = self.start + self.spacing * np.arange(self.num_nodes)
         rough = nodes > self.flat_until + 0.5 * self.spacing
-        return self.roughness * jnp.cumsum(jnp.where(rough, steps, 0), axis=1).astype(jnp.float32)
+        return _walk(key, rough, self.roughness, num=num)
 
     def height(self, terrain: Terrain, x: Float[Array, ""]) -> Float[Array, ""]:
         """Returns the ground's height at x by linear interpolation, m."""
@@ -73,3 +74,16 @@ class RandomWalk:
         fraction = position - node
         pair = jax.lax.dynamic_slice(terrain.heights, (terrain.row, node), (1, 2))[0]
         return pair[0] + fraction * (pair[1] - pair[0])
+
+
+@functools.partial(jax.jit, static_argnames="num")
+def _walk(
+    key: PRNGKeyArray,
+    rough: Bool[np.ndarray, " node"] | Bool[Array, " node"],
+    step: float | Float[Array, ""],
+    *,
+    num: int,
+) -> Float[Array, "{num} node"]:
+    """Returns random walks that stand still where it is not rough."""
+    coins = jax.random.rademacher(key, (num, rough.size), jnp.int32)
+    return step * jnp.cumsum(jnp.where(rough, coins, 0), axis=1).astype(jnp.float32)

@@ -53,6 +53,25 @@ class Evaluator:
             return self._run.compile_s
         return self._run.compiled.seconds if self._run.compiled else 0.0
 
+    def prepare(self, population: Any, heights: Any) -> None:
+        """Compiles for arguments of `evaluate` of these shapes, as far as the engine can.
+
+        Args:
+          population: anything with the shapes and types of the genotypes.
+          heights: likewise of the terrains.
+        """
+        if isinstance(self._run, lanes.Mapped):
+            num_terrains, size = heights.shape[0], jax.tree.leaves(population)[0].shape[0]
+            rows = jax.ShapeDtypeStruct((size * num_terrains,), jnp.int32)
+            table = jax.ShapeDtypeStruct(
+                (_table_rows(num_terrains), *heights.shape[1:]), np.float32
+            )
+            repeated = jax.tree.map(
+                lambda w: jax.ShapeDtypeStruct((size * num_terrains, *w.shape[1:]), w.dtype),
+                population,
+            )
+            self._run.compile(repeated, Terrain(table, rows))  # type: ignore[arg-type]
+
     def evaluate(self, population: Any, heights: Float[Array, "terrain node"]) -> Outcome:
         """Returns the outcomes as numpy arrays [pop, terrain].
 
@@ -61,15 +80,17 @@ class Evaluator:
           heights: one terrain a row, m.
         """
         num_terrains = heights.shape[0]
-        table = np.zeros(
-            (-(-num_terrains // TABLE_ROWS) * TABLE_ROWS, *heights.shape[1:]), np.float32
-        )
+        table = np.zeros((_table_rows(num_terrains), *heights.shape[1:]), np.float32)
         table[:num_terrains] = heights
         repeated = jax.tree.map(lambda w: np.repeat(np.asarray(w), num_terrains, 0), population)
         size = jax.tree.leaves(repeated)[0].shape[0]
         rows = jnp.arange(size, dtype=jnp.int32) % num_terrains
         outcome = self._run(repeated, Terrain(jnp.asarray(table), rows))
         return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, num_terrains), outcome)
+
+
+def _table_rows(num_terrains: int) -> int:
+    return -(-num_terrains // TABLE_ROWS) * TABLE_ROWS
 
 
 def make_evaluator(task: Task, engine: str) -> Evaluator:

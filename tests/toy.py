@@ -161,6 +161,9 @@ class ToyEvaluator:
         self._delay_s = study.env.delay_s
         self._run = _run
 
+    def prepare(self, population: Any, heights: Any) -> None:
+        """Needs nothing."""
+
     def evaluate(self, population: Any, heights: Float[Array, "terrain node"]) -> Outcome:
         """Returns outcomes as numpy arrays [pop, terrain]."""
         time.sleep(self._delay_s)

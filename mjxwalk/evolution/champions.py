@@ -11,8 +11,8 @@ import jax
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
-from mjxwalk.evolution.generation import Elites, Evaluator, Evolvable, RunState
-from mjxwalk.evolution.goal import take
+from mjxwalk.evolution.generation import Elites, Evolvable, RunState
+from mjxwalk.evolution.goal import Trying, take
 from mjxwalk.evolution.measuring import cost_of_transport, over_terrains, speed
 from mjxwalk.runs import Champion
 
@@ -30,7 +30,7 @@ class Choice(NamedTuple):
 
 
 def choose(
-    experiment: Evolvable, evaluator: Evaluator, state: RunState, key: PRNGKeyArray
+    experiment: Evolvable, evaluator: Trying, state: RunState, key: PRNGKeyArray
 ) -> Choice:
     """Returns the walker that reached the goal, or else the best elite, with its figures."""
     key_choosing, key_reporting = jax.random.split(key)
@@ -56,7 +56,7 @@ def choose(
     )
 
 
-def _best(experiment: Evolvable, evaluator: Evaluator, elites: Elites, key: PRNGKeyArray) -> int:
+def _best(experiment: Evolvable, evaluator: Trying, elites: Elites, key: PRNGKeyArray) -> int:
     """Returns the place of the elite that falls least on new terrains; then distance counts.
 
     Of those that get farthest on a few terrains, that is.

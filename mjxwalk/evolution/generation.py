@@ -6,6 +6,7 @@ draws from fold_in(key(seed), g); fold_in(key(seed), 0) serves what comes before
 
 import functools
 import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import jax
@@ -100,6 +101,10 @@ class Evaluator(Protocol):
         """Seconds spent compiling so far."""
         ...
 
+    def prepare(self, population: Any, heights: Any, /) -> None:
+        """Compiles for arguments of these shapes, which may be all that they have."""
+        ...
+
     def evaluate(self, population: Any, heights: Any, /) -> Outcome:
         """Returns the outcomes as numpy arrays [pop, terrain]."""
         ...
@@ -157,6 +162,7 @@ class Evolution:
         self._experiment = experiment
         self._evaluator = evaluator
         self._finer = finer
+        self._compile_s = evaluator.compile_s
         strategy = experiment.make_strategy()
         self._take_over = functools.partial(experiment.take_over, strategy)
         self._init = jax.jit(strategy.init)
@@ -164,7 +170,7 @@ class Evolution:
         self._tell = jax.jit(strategy.tell)
 
     def start(self, seed: int, given: Start | None = None) -> RunState:
-        """Returns the state before generation 1.
+        """Returns the state before generation 1, with everything compiled.
 
         Args:
           seed: of all random numbers.
@@ -180,7 +186,12 @@ class Evolution:
         if given is not None and given.genotype:
             template = unflatten(template, given.genotype)
         key_init, _ = outer_keys(key)
-        strategy = _on_host(self._init(key_init, template))
+        # XLA compiles the strategy while the engine compiles the trials: neither needs all cores.
+        with ThreadPoolExecutor(1) as other:
+            preparing = other.submit(self._prepare, template)
+            strategy = _on_host(self._init(key_init, template))
+            self._rehearse(strategy)
+            preparing.result()
         if given is not None and given.strategy:
             taken = self._take_over(strategy, given.strategy, given.elite_fitness)
             strategy = _on_host(taken)
@@ -203,6 +214,24 @@ class Evolution:
             reached=np.zeros((), bool),
             roughness=np.asarray(self._experiment.first_roughness(), np.float64),
         )
+
+    def _prepare(self, template: Any) -> None:
+        """Compiles the trials of a generation."""
+        experiment = self._experiment
+
+        def shapes(key: PRNGKeyArray, template: Any) -> Any:
+            population, _ = self._ask(key, self._init(key, template))
+            return population, experiment.sample_terrains(key, experiment.terrains_per_evaluation)
+
+        self._evaluator.prepare(*jax.eval_shape(shapes, jax.random.key(0), template))
+
+    def _rehearse(self, strategy: Any) -> None:
+        """Compiles what a generation does with the strategy's state, by doing it for nothing."""
+        key = jax.random.key(0)
+        self._experiment.sample_terrains(key, self._experiment.terrains_per_evaluation)
+        population, asked = self._ask(key, strategy)
+        size = jax.tree.leaves(population)[0].shape[0]
+        self._tell(key, _on_host(population), np.zeros(size, np.float32), asked)
 
     def advance(self, state: RunState, since: float | None = None) -> tuple[RunState, Metrics]:
         """Returns the state after one more generation, and its figures.
@@ -251,8 +280,9 @@ class Evolution:
                 experiment.next_roughness(float(state.roughness), fitness), np.float64
             ),
         )
-        compile_s = max(0.0, self._evaluator.compile_s - compiled)
-        evaluate_s = evaluating_done - asking_done - compile_s
+        evaluate_s = evaluating_done - asking_done - (self._evaluator.compile_s - compiled)
+        compile_s = max(0.0, self._evaluator.compile_s - self._compile_s)
+        self._compile_s = self._evaluator.compile_s
         return after, measure(
             outcome,
             best,
@@ -261,7 +291,7 @@ class Evolution:
             told=told,
             evaluate_s=evaluate_s,
             compile_s=compile_s,
-            other_s=time.perf_counter() - started - evaluate_s - compile_s,
+            other_s=max(0.0, time.perf_counter() - started - evaluate_s - compile_s),
         )
 
 
