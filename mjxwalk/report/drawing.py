@@ -46,7 +46,9 @@ def _opening(text: str, alt: str) -> str:
     found = re.search(r'viewBox="([^"]*)"', text)
     box = found.group(1) if found else "0 0 100 100"
     links = 'xmlns:xlink="http://www.w3.org/1999/xlink"'
-    return f'<svg viewBox="{box}" {links} role="img" aria-label="{escape(alt)}">'
+    # At the left of its room, where a narrow window shows it.
+    place = 'preserveAspectRatio="xMinYMid"'
+    return f'<svg viewBox="{box}" {place} {links} role="img" aria-label="{escape(alt)}">'
 
 
 def _shorter(path: re.Match[str]) -> str:

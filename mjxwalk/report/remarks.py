@@ -10,6 +10,7 @@ from mjxwalk.report.ran import state
 from mjxwalk.report.sources import Phase, Source, shown
 from mjxwalk.tournament import showing
 
+LISTED = 4  # runs that are named; more are only counted
 Items = tuple[tuple[str, str], ...]
 
 
@@ -97,7 +98,11 @@ def _gaits(phases: Sequence[Phase]) -> Items:
         if phase.tournament is not None:
             for remark in showing.remarks(phase.tournament):
                 found.setdefault(remark, []).append(phase.label)
-    return tuple((f"{', '.join(labels)}: {remark}", "") for remark, labels in found.items())
+    return tuple((f"{_listed(labels)}: {remark}", "") for remark, labels in found.items())
+
+
+def _listed(labels: Sequence[str]) -> str:
+    return ", ".join(labels) if len(labels) <= LISTED else f"{len(labels)} runs"
 
 
 def _twins(variants: Mapping[str, Sequence[Phase]]) -> Items:

@@ -66,6 +66,7 @@ def _table(recorded: Mapping[str, Recorded]) -> Table:
     gaits = {name: each.gaits for name, each in recorded.items()}
     data = tables.table_5(gaits)
     rows = [Row(title, _line(data, name, list(gaits))) for name, (title, _) in PLACES.items()]
+    stance = paper.HUMAN_IN_PAPER["double_stance"]
     basis = "; ".join(f"{name}: {_basis(each)}" for name, each in gaits.items())
     return Table(
         name="table-5",
@@ -82,7 +83,7 @@ def _table(recorded: Mapping[str, Recorded]) -> Table:
         note=(
             f"Without a fall, {basis}. The paper's numbers are lost; it calls speed and step "
             "length those of a slightly brisk human, and double stance notably briefer than a "
-            f"human's. Adults: {paper.FUKUCHI}; in the paper: {paper.HUMAN_IN_PAPER['double_stance'].source}."
+            f"human's. Adults: {paper.FUKUCHI}; in the paper: {stance.source}."
         ),
     )
 
