@@ -23,7 +23,8 @@ class _Entry(NamedTuple):
     phases: Mapping[str, str] = {}  # of a study: what each is
 
 
-_ROUGH = "local links, from zero, on ever rougher ground"
+_WALK = "local links, from zero, on slightly rough ground"
+_ROUGH = "local links, around the winner of walk, on ever rougher ground"
 _LPD, _FIL = "local links, around the mean of rough", "all links, around the winner of lpd"
 _SIL = "goes on from fil and prunes its links"
 
@@ -36,13 +37,14 @@ _STUDIES = {
         "solomon",
         "SOLOMON_2D",
         "Solomon et al. (2013) in the plane: local links, all links, pruned links",
-        {"rough": _ROUGH, "lpd": _LPD, "fil": _FIL, "sil": _SIL},
+        {"walk": _WALK, "rough": _ROUGH, "lpd": _LPD, "fil": _FIL, "sil": _SIL},
     ),
     "solomon-2d-rsil": _Entry(
         "solomon",
         "SOLOMON_2D_RSIL",
         "the same with the links alone that pruning leaves",
         {
+            "walk": _WALK,
             "rough": _ROUGH,
             "lpd": _LPD,
             "rsil": "the links that pruning leaves, around the winner of lpd",

@@ -58,11 +58,12 @@ ROUGH_BUDGET = 28_000.0  # N m s; ours: long trials make walkers robust, and thr
 MAX_TIME = 60.0  # s; ours: longer than the other budgets last a walker that walks
 GROUND_LENGTH = 204.8  # m; ours: farther than the largest budget takes anybody
 INITIAL_SIGMA = 0.3  # ours: as for planar-lpd
-ROUGH_GENERATIONS = 200  # ours: with those of lpd the paper's 500
+ROUGH_POPULATION = 320  # ours: twice the paper's, as all but the fittest fall soon
+ROUGH_GENERATIONS = 150  # ours: half of them to get to the paper's roughness
+LPD_GENERATIONS = 200  # ours: with the others about the paper's 500
 LPD_SIGMA = 0.01  # ours: the paper's 0.05 finds a gait, and then hides which one is robust
 # ours: rougher ground is earned, since from zero nothing learns to walk on the paper's.
 RAMP = RoughnessRamp(start=SLIGHT_ROUGHNESS, factor=1.03, distance=12.0)
-RESTART_AFTER, RESTART_BELOW = 40, 10.0  # generations and m; ours: as for planar-lpd
 MOST_PRUNING = 1_500  # generations; ours: the paper's took at most 854 and 200 to settle
 # ours: as many as in the paper, which of them is lost; chosen by what senses seem to tell.
 RSIL_LINKS = {
@@ -103,31 +104,39 @@ def _literal_lpd(study: str) -> Experiment:
     )
 
 
+def _around(sigma: float) -> StrategyChoice:
+    """Returns the strategy of a phase that starts around a walker."""
+    options = {"sigma": sigma, "initial_sigma": 0.05}  # section 2.7.3, of FIL; ours: of the others
+    return StrategyChoice(name="self-adaptive-ga", options=options)
+
+
+def _walk(study: str) -> Experiment:
+    """Returns LPD's first part: from zero until one walks, on slightly rough ground."""
+    return dataclasses.replace(PLANAR_LPD, name=f"{study}/walk")
+
+
 def _rough(study: str) -> Experiment:
-    """Returns LPD's first part: from zero until it walks, then on ever rougher ground."""
+    """Returns LPD's second part: around that walker, on ever rougher ground."""
     lpd = _literal_lpd(study)
     return dataclasses.replace(
         lpd,
         name=f"{study}/rough",
         env=dataclasses.replace(lpd.env, torque_budget=ROUGH_BUDGET),
-        population_size=PLANAR_LPD.population_size,
+        strategy=_around(sigma=0.05),  # section 2.7.3
+        population_size=ROUGH_POPULATION,
         generations=ROUGH_GENERATIONS,
-        restart_after=RESTART_AFTER,
-        restart_below=RESTART_BELOW,
+        start="winner",
         ramp=RAMP,
     )
 
 
 def _lpd(study: str) -> Experiment:
-    """Returns LPD's second part: around the mean of the first one's population."""
+    """Returns LPD's last part: around the mean of the population before."""
     lpd = _literal_lpd(study)
     return dataclasses.replace(
         lpd,
-        strategy=StrategyChoice(
-            name="self-adaptive-ga",
-            options={"sigma": LPD_SIGMA, "initial_sigma": 0.05},  # ours: as FIL starts
-        ),
-        generations=lpd.generations - ROUGH_GENERATIONS,
+        strategy=_around(sigma=LPD_SIGMA),
+        generations=LPD_GENERATIONS,
         terrains_per_evaluation=4,  # ours: with one, luck decides who is a parent
         start="mean",
     )
@@ -140,13 +149,7 @@ def _fil(name: str, lpd: Experiment, controller: LinearReactive) -> Experiment:
         name=name,
         env=dataclasses.replace(lpd.env, torque_budget=FIL_BUDGET),
         controller=controller,
-        strategy=StrategyChoice(
-            name="self-adaptive-ga",
-            options={
-                "sigma": 0.005,  # section 2.7.3
-                "initial_sigma": 0.05,  # section 2.7.3
-            },
-        ),
+        strategy=_around(sigma=0.005),  # section 2.7.3
         generations=3_000,  # section 2.7.3
         terrains_per_evaluation=1,  # ours: the paper's number is lost
         start="winner",
@@ -176,9 +179,9 @@ def _pruned(study: str, *before: Experiment) -> Study:
 def _reduced(study: str) -> Study:
     lpd = _lpd(study)
     rsil = _fil(f"{study}/rsil", lpd, LinearReactive(links=RSIL_LINKS))
-    return _study(study, _rough(study), lpd, rsil)
+    return _study(study, _walk(study), _rough(study), lpd, rsil)
 
 
-SOLOMON_2D = _pruned("solomon-2d", _rough("solomon-2d"), _lpd("solomon-2d"))
+SOLOMON_2D = _pruned("solomon-2d", _walk("solomon-2d"), _rough("solomon-2d"), _lpd("solomon-2d"))
 SOLOMON_2D_RSIL = _reduced("solomon-2d-rsil")
 SOLOMON_2D_LITERAL = _pruned("solomon-2d-literal", _literal_lpd("solomon-2d-literal"))

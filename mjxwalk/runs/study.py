@@ -51,10 +51,13 @@ class StudyConfig:
         )
 
     def has_tournament(self, number: int) -> bool:
-        """Returns whether a phase ends with a tournament: where its population is only averaged
-        by the next one, nobody asks who its best walker is."""
+        """Returns whether a phase ends with a tournament.
+
+        None decides a phase whose goal does, or one whose population is only averaged by the next.
+        """
         following = self.phases[number + 1 :]
-        return not following or following[0][1].start != "mean"
+        averaged = bool(following) and following[0][1].start == "mean"
+        return not averaged and self.phases[number][1].goal.trials == 0
 
     def folder(self, path: Path, number: int) -> Path:
         """Returns where a phase's run is in the study's folder; phases are counted from 0."""

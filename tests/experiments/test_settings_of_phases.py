@@ -18,6 +18,7 @@ from mjxwalk.experiments.study import Study
 
 LPD = experiments.get("solomon-2d/lpd")
 ROUGH = experiments.get("solomon-2d/rough")
+WALK = experiments.get("solomon-2d/walk")
 
 
 def step(experiment: Any, roughness: float | None = None) -> float:
@@ -75,9 +76,9 @@ def test_wrong_settings_are_refused(wrong: tuple[Any, dict[str, Any], str]) -> N
 
 def test_restarts_and_what_was_evolved_before_exclude_each_other() -> None:
     with pytest.raises(ValueError, match="restart_after must be null"):
-        dataclasses.replace(ROUGH, start="population")
+        dataclasses.replace(WALK, start="population")
     with pytest.raises(ValueError, match="restart_after must be null"):
-        dataclasses.replace(ROUGH, pruning=Pruning())
+        dataclasses.replace(WALK, pruning=Pruning())
 
 
 def test_scaling_keeps_the_structure() -> None:
@@ -86,12 +87,11 @@ def test_scaling_keeps_the_structure() -> None:
     assert sil.pruning == Pruning(every=1, reference=1, window=1, settle=4)
     assert scaled(ROUGH, 0.5) == dataclasses.replace(
         ROUGH,
-        population_size=320,
-        generations=100,
+        population_size=160,
+        generations=75,
         ramp=dataclasses.replace(RAMP, factor=RAMP.factor**2),
-        restart_after=20,
     )
-    tiny = scaled(ROUGH, 1e-3)
+    tiny = scaled(dataclasses.replace(WALK, generations=500), 1e-3)
     assert (tiny.population_size, tiny.generations, tiny.restart_after) == (10, 2, 2)
     lpd = scaled(experiments.get("planar-lpd"), 1e-9)
     assert (lpd.restart_after, lpd.restart_at) == (2, 3)
@@ -104,12 +104,12 @@ def test_scaling_keeps_the_structure() -> None:
 
 def test_phases_are_chained_and_named_after_their_study() -> None:
     study = experiments.get_study("solomon-2d")
-    assert [e.start for _, e in study.phases] == ["zero", "mean", "winner", "population"]
+    assert [e.start for _, e in study.phases] == ["zero", "winner", "mean", "winner", "population"]
     assert study.phase("fil") is experiments.get("solomon-2d/fil")
-    assert [e.population_size for _, e in study.scaled(0.2).phases] == [128, 30, 30, 30]
+    assert [e.population_size for _, e in study.scaled(0.2).phases] == [128, 64, 30, 30, 30]
     with pytest.raises(ValueError, match="must be named other/lpd, got solomon-2d/lpd"):
         Study(name="other", phases=(("lpd", LPD),))
-    with pytest.raises(ValueError, match="solomon-2d/lpd comes first and must start from zero"):
+    with pytest.raises(ValueError, match="solomon-2d/rough comes first and must start from zero"):
         Study(name="solomon-2d", phases=study.phases[1:])
     with pytest.raises(ValueError, match="phases must have names of their own"):
         Study(name="solomon-2d", phases=study.phases[:1] * 2)
