@@ -3,7 +3,6 @@
 from typing import Any, Protocol, runtime_checkable
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -62,7 +61,7 @@ class Evaluator:
         """
         if isinstance(self._run, lanes.Mapped):
             num_terrains, size = heights.shape[0], jax.tree.leaves(population)[0].shape[0]
-            rows = jax.ShapeDtypeStruct((size * num_terrains,), jnp.int32)
+            rows = jax.ShapeDtypeStruct((size * num_terrains,), np.int32)
             table = jax.ShapeDtypeStruct(
                 (_table_rows(num_terrains), *heights.shape[1:]), np.float32
             )
@@ -84,8 +83,9 @@ class Evaluator:
         table[:num_terrains] = heights
         repeated = jax.tree.map(lambda w: np.repeat(np.asarray(w), num_terrains, 0), population)
         size = jax.tree.leaves(repeated)[0].shape[0]
-        rows = jnp.arange(size, dtype=jnp.int32) % num_terrains
-        outcome = self._run(repeated, Terrain(jnp.asarray(table), rows))
+        rows: Any = np.arange(size, dtype=np.int32) % num_terrains
+        ground: Any = Terrain(table, rows)  # type: ignore[arg-type]
+        outcome = self._run(repeated, ground)
         return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, num_terrains), outcome)
 
 

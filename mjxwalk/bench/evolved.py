@@ -1,5 +1,6 @@
 """Real evolution: populations in which walkers fall at very different times."""
 
+import dataclasses
 from typing import Any
 
 import jax
@@ -8,7 +9,7 @@ import numpy as np
 from mjxwalk import evaluation
 from mjxwalk.engines import lanes
 from mjxwalk.envs import Terrain
-from mjxwalk.evolution.generation import Evolution
+from mjxwalk.evolution import Evolution, Goal
 from mjxwalk.experiments.experiment import Experiment
 
 
@@ -21,6 +22,7 @@ class Evolved:
     """
 
     def __init__(self, study: Experiment, generations: int) -> None:
+        study = dataclasses.replace(study, goal=Goal())  # nobody ends it earlier
         evolution = Evolution(study, evaluation.make_evaluator(study, "lanes"))
         state = evolution.start(seed=0)
         populations: list[Any] = []

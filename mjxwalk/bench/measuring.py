@@ -4,7 +4,8 @@ import dataclasses
 import os
 import platform
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, NamedTuple
 
 import jax
 
@@ -94,16 +95,17 @@ def measure(sizes: Sizes, say: Say) -> Results:
       say: is told what is being measured.
     """
     machine = _machine()
-    measured: dict[str, Engines] = {}
-    for name, body in bodies.BODIES.items():
-        say(f"measuring the engines with the {name} body")
-        why = {"mjx": TOO_SLOW} if body.slow and sizes.quick and not machine.accelerator else {}
-        measured[name] = engines(body, sizes, sizes.xla or machine.accelerator, why)
     main = bodies.BODIES[MAIN]
+    say("compiling, and evolving what is to be timed")
+    fields, left_out, evolved = _prepare(main, sizes, machine.accelerator)
+    measured: dict[str, Engines] = {}
+    for name in bodies.BODIES:
+        say(f"measuring the engines with the {name} body")
+        measured[name] = engines(fields[name], sizes, left_out[name])
     say("measuring how long compiling takes, without and with the disk cache")
     cold, warm = child.compile_seconds(MAIN)
     say(f"measuring trials of populations as they evolve, {sizes.generations} generations")
-    evolution = evolve(main, sizes)
+    evolution = evolve(main, evolved, sizes)
     say("measuring populations from small to large")
     scaling = scale(main, sizes)
     return Results(
@@ -119,18 +121,46 @@ def measure(sizes: Sizes, say: Say) -> Results:
     )
 
 
-def engines(body: Body, sizes: Sizes, xla: bool, left_out: Mapping[str, str]) -> Engines:
+def _prepare(
+    main: Body, sizes: Sizes, accelerator: bool
+) -> tuple[dict[str, dict[str, Any]], dict[str, dict[str, str]], Any]:
+    """Returns each body's contenders, compiled, those left out and why, and what has evolved.
+
+    XLA compiles in a thread of its own, while the other core does all else.
+    """
+    fields: dict[str, dict[str, Any]] = {}
+    left_out: dict[str, dict[str, str]] = {}
+    with ThreadPoolExecutor(1) as other:
+        compiling: list[Future[int]] = []
+        for name, body in bodies.BODIES.items():
+            slow = body.slow and sizes.quick and not accelerator
+            left_out[name] = {"mjx": TOO_SLOW} if slow else {}
+            fields[name] = contenders.make(
+                body,
+                sizes.population,
+                running.threads(),
+                xla=sizes.xla or accelerator,
+                without=left_out[name],
+            )
+            by_xla = [rival for rival in ("mjx", "lanes_xla") if rival in fields[name]]
+            compiling += [other.submit(fields[name][rival], 1) for rival in by_xla]
+        for field in fields.values():
+            field["lanes"](1)
+        evolved = Evolved(main.study(), sizes.generations)
+        for compiled in compiling:
+            compiled.result()
+    return fields, left_out, evolved
+
+
+def engines(rivals: Mapping[str, Any], sizes: Sizes, left_out: Mapping[str, str]) -> Engines:
     """Returns how fast the engines are with one body, in turn with the CPU's peak.
 
     Args:
-      body: of the walkers.
+      rivals: contenders by name.
       sizes: how much is measured.
-      xla: whether lanes-xla is, too.
       left_out: the contenders that are not, and why.
     """
-    threads = running.threads()
-    rivals = contenders.make(body, sizes.population, threads, xla=xla, without=left_out)
-    field = {**rivals, PEAK: Peak(threads)}
+    field = {**rivals, PEAK: Peak(running.threads())}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
     timings = timing.in_turn(field, amounts, sizes.repeats)
     rates = {name: timing.rate(timings[name]) for name in field}
@@ -162,9 +192,8 @@ def arithmetic(measured: Engines) -> Arithmetic:
     )
 
 
-def evolve(body: Body, sizes: Sizes) -> Evolution:
+def evolve(body: Body, evolved: Any, sizes: Sizes) -> Evolution:
     """Returns how fast populations that evolve run, in turn with one where nobody falls early."""
-    evolved = Evolved(body.study(), sizes.generations)
     level = contenders.Engine(lanes.vmap, bodies.walkers(body, evolved.size))
     field = {"evolved": evolved, PEAK: level}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}

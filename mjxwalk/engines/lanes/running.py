@@ -1,9 +1,10 @@
 """Running a kernel: threads that share the walkers, and can be interrupted."""
 
+import functools
 import math
 import os
-import threading
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Any
 
@@ -72,20 +73,25 @@ def run(
         loaded.call(given.ctypes.data, taken.ctypes.data, memories[number].ctypes.data, count,
                     following.ctypes.data, stop.ctypes.data, spent[number].ctypes.data)  # fmt: skip
 
-    crew = [threading.Thread(target=work, args=(n,), daemon=True) for n in range(workers)]
+    crew = _crew(workers)
+    working = {crew.submit(work, number) for number in range(workers)}
     try:
-        for worker in crew:
-            worker.start()
-        for worker in crew:
-            while worker.is_alive():
-                worker.join(POLL)  # the lock is released: handlers of signals run
+        while working:
+            done, working = wait(working, POLL)  # the lock is released: handlers of signals run
+            for worker in done:
+                worker.result()
     except BaseException:
         stop[0] = 1
-        for worker in crew:
-            worker.join()
+        wait(working)
         raise
     busy, everything = spent[:, 0].sum(), spent[:, 1].sum()
     return float(busy / everything) if everything else 1.0
+
+
+@functools.cache
+def _crew(workers: int) -> ThreadPoolExecutor:
+    """Returns threads that stay: to start them takes a millisecond, as much as short trials do."""
+    return ThreadPoolExecutor(workers, thread_name_prefix="lanes")
 
 
 def _aligned(size: int) -> Array:
