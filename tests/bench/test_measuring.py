@@ -68,7 +68,7 @@ def counters(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_everything_is_measured_and_fits_the_json() -> None:
     said: list[str] = []
     data = as_json(measuring.measure(TINY, said.append))
-    assert len(said) == 5
+    assert len(said) == 6
     planar = data["planar"]
     assert set(planar["steps_per_walker"]) == {"lanes", "mjx", "mujoco_rollout"}
     assert planar["lanes_over_mjx"] == planar["lanes"] / planar["mjx"]

@@ -169,7 +169,7 @@ def _found(name: str, chosen: Target, start: float) -> Compiled | None:
 def _loaded(
     code: bytes, chosen: Target, header: cache.Header, output_tree: Any, start: float, cached: bool
 ) -> Compiled:
-    loaded = target.Loaded(code, chosen)
+    loaded = target.Loaded(code)
     return Compiled(
         loaded=loaded,
         target=chosen,

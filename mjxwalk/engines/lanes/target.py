@@ -80,11 +80,14 @@ def _optimised(text: str, target: Target) -> Any:
 class Loaded:
     """Object code in memory, ready to be called."""
 
-    def __init__(self, code: bytes, target: Target) -> None:
+    def __init__(self, code: bytes) -> None:
         _initialise()
-        self._engine: Any = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine(target))
-        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-        self._engine.finalize_object()
+        # JITLink keeps a kernel's code and constants in one piece of memory. MCJIT asks for each by
+        # itself, and aborts where another thread got the memory between: they reach 2 GiB only.
+        self._linker: Any = llvm.create_lljit_compiler(use_jit_link=True)
+        builder: Any = llvm.JITLibraryBuilder()
+        builder.add_object_img(code).add_current_process().export_symbol("lanes")
+        self._library: Any = builder.link(self._linker, "lanes")
         pointer, number = ctypes.c_void_p, ctypes.c_int64
         kind = ctypes.CFUNCTYPE(None, pointer, pointer, pointer, number, pointer, pointer, pointer)
-        self.call = kind(self._engine.get_function_address("lanes"))
+        self.call = kind(self._library["lanes"])
