@@ -2,7 +2,6 @@
 
 import dataclasses
 import importlib.metadata
-import importlib.util
 import platform
 import shutil
 
@@ -30,10 +29,9 @@ class Doctor:
             missing.append(("JAX", _command("jax")))
         if shutil.which("nvidia-smi") and not has_gpu:
             missing.append(("the NVIDIA GPU of this machine", _command("jax", extra="cuda")))
-        optional = [] if importlib.util.find_spec("matplotlib") else [("figures", _plot())]
-        for what, command in [*missing, *optional]:
+        for what, command in missing:
             print(f"missing: {what}; add it with: {command}")
-        if not missing and not optional:
+        if not missing:
             print("nothing is missing")
         return 1 if any(what != "the NVIDIA GPU of this machine" for what, _ in missing) else 0
 
@@ -73,10 +71,6 @@ def _missing() -> list[tuple[str, str]]:
             what = f"{name} {exact} (there is {version})"
             missing.append((what, f'python -m pip install "{specification.strip()}"'))
     return missing
-
-
-def _plot() -> str:
-    return _command("matplotlib", extra="plot")
 
 
 def _command(package: str, extra: str = "") -> str:

@@ -1,7 +1,6 @@
 """Plots how a run's fitness and distance went, generation by generation."""
 
 import dataclasses
-import importlib.util
 import sys
 from pathlib import Path
 from typing import Any
@@ -26,10 +25,8 @@ class PlotFitness:
         """Writes the figure and returns the exit code.
 
         Raises:
-          RunError: there is no such run, nothing to plot, or no matplotlib.
+          RunError: there is no such run, or nothing to plot.
         """
-        if importlib.util.find_spec("matplotlib") is None:
-            raise runs.RunError("matplotlib is missing; `mjxwalk doctor` says how to add it")
         metrics = runs.load(self.run_folder).metrics
         if not len(metrics["generation"]):
             raise runs.RunError(f"{self.run_folder} has not finished a generation yet")

@@ -186,16 +186,3 @@ def test_no_run_is_one_sentence(
     capsys.readouterr()
     assert cli.run(program, command, ["nowhere"]) == 2
     assert capsys.readouterr().err.startswith(f"{program}: nowhere does not exist")
-
-
-def test_a_missing_matplotlib_is_one_sentence(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    real = importlib.util.find_spec
-
-    def without(name: str, package: str | None = None) -> Any:
-        return None if name == "matplotlib" else real(name, package)
-
-    monkeypatch.setattr(importlib.util, "find_spec", without)
-    assert cli.run("plot_fitness.py", PLOT, ["a"]) == 2
-    assert "matplotlib is missing" in capsys.readouterr().err

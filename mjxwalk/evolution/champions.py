@@ -29,9 +29,7 @@ class Choice(NamedTuple):
     champion: Champion
 
 
-def choose(
-    experiment: Evolvable, evaluator: Trying, state: RunState, key: PRNGKeyArray
-) -> Choice:
+def choose(experiment: Evolvable, evaluator: Trying, state: RunState, key: PRNGKeyArray) -> Choice:
     """Returns the walker that reached the goal, or else the best elite, with its figures."""
     key_choosing, key_reporting = jax.random.split(key)
     if state.reached:
