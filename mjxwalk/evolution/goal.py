@@ -10,8 +10,8 @@ from jaxtyping import PRNGKeyArray
 from mjxwalk.rollout import Outcome
 
 NUM_CANDIDATES = 4  # ours: the fittest of a generation is often only lucky on its terrain
-NUM_EARLY = 100  # ours: trials that are looked at before the others are made
-NUM_SCREENING = 20  # ours: on as many terrains most walkers that fall have shown it
+NUM_EARLY = 64  # ours: trials that are looked at before the others are made
+NUM_SCREENING = 8  # ours: on as many terrains most walkers that fall have shown it
 
 
 @runtime_checkable

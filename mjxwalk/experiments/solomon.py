@@ -36,7 +36,7 @@ PLANAR_LPD = Experiment(
     generations=400,  # ours: many times what most seeds take
     terrains_per_evaluation=1,  # ours: the paper's number is lost
     # ours: as good as never falls, and not only at the time step that it evolved at
-    goal=Goal(trials=500, duration=30.0, distance=20.0, fine_trials=50),
+    goal=Goal(trials=200, duration=30.0, distance=20.0, fine_trials=50),
     restart_after=40,  # ours: who walks at all does by then
     restart_below=10.0,  # ours: m; lunges end at 2 m, a few steps at 6 m
     restart_at=100,  # ours: most reach the goal after 40 to 80

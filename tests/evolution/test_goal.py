@@ -85,7 +85,10 @@ def test_short_trials_miss_the_goal() -> None:
 def test_a_few_trials_spare_the_many() -> None:
     evaluator = Scripted([{0}, {1}])
     assert found(Goal(trials=30), evaluator, [False, False]) is None
-    assert [num for _, num in evaluator.asked] == [20]
+    assert [num for _, num in evaluator.asked] == [8]
+    evaluator = Scripted([{70}, {30}])
+    assert found(Goal(trials=100), evaluator, [False, False]) is None
+    assert [num for _, num in evaluator.asked] == [8, 64]
 
 
 def test_nothing_is_tried_without_a_goal_or_when_all_have_fallen() -> None:
