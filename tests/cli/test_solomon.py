@@ -42,8 +42,10 @@ def test_a_small_study_goes_through_every_phase_in_two_minutes(tmp_path: Path) -
     assert not given[others].any()
     np.testing.assert_array_equal(given, walkers.best(phases[0]).genotype.walking)
 
-    # SIL has lost links, of both sets of weights at once, and none that is local.
+    # SIL has pruned links, of both sets of weights at once, and none that is local. So few walkers
+    # may have got all of them back from each other by the end.
+    assert np.nanmax(sil.metrics["strategy.num_pruned"]) > 0
     gone = sil.population["walking"] == 0.0
-    assert gone.any() and not gone[:, local_links()].any()
+    assert not gone[:, local_links()].any()
     np.testing.assert_array_equal(gone, sil.population["initiation"] == 0.0)
     assert sil.strategy_state["finished"] or sil.generation == 30
