@@ -2,8 +2,13 @@
 
 import os
 from pathlib import Path
+from typing import TypeVar
+
+import msgspec
 
 from mjxwalk.errors import RunError
+
+T = TypeVar("T")
 
 
 def replace(path: Path, content: bytes) -> None:
@@ -52,6 +57,20 @@ def read(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise RunError(f"{path} could not be read: {describe(error)}") from error
+
+
+def read_json(path: Path, kind: type[T]) -> T | None:
+    """Returns what a JSON file holds, None if there is none.
+
+    Raises:
+      RunError: it cannot be read, or holds something else than `kind`.
+    """
+    if not path.exists():
+        return None
+    try:
+        return msgspec.json.decode(read(path), type=kind)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise RunError(f"{path} cannot be read: {error}") from None
 
 
 def describe(error: OSError) -> str:

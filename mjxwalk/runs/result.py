@@ -83,13 +83,7 @@ def read(folder: Path) -> Result | None:
     Raises:
       RunError: the file is not what a run writes.
     """
-    path = folder / FILE
-    if not path.exists():
-        return None
-    try:
-        return msgspec.json.decode(files.read(path), type=Result)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise RunError(f"{path} cannot be read: {error}") from None
+    return files.read_json(folder / FILE, Result)
 
 
 def read_genotype(folder: Path) -> dict[str, npt.NDArray[Any]]:

@@ -6,7 +6,6 @@ from typing import Any
 import msgspec
 import numpy.typing as npt
 
-from mjxwalk.errors import RunError
 from mjxwalk.runs import files
 from mjxwalk.runs.result import npz
 from mjxwalk.tournament import weights
@@ -100,13 +99,7 @@ def read(folder: Path) -> Tournament | None:
     Raises:
       RunError: the file is not what a tournament writes.
     """
-    path = folder / FILE
-    if not path.exists():
-        return None
-    try:
-        return msgspec.json.decode(files.read(path), type=Tournament)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise RunError(f"{path} cannot be read: {error}") from None
+    return files.read_json(folder / FILE, Tournament)
 
 
 def read_winner(folder: Path) -> dict[str, npt.NDArray[Any]]:
