@@ -6,7 +6,8 @@ import jax
 import pytest
 
 
-@pytest.fixture(autouse=True, scope="package")
+# Not of the package: in a folder without __init__.py that would end with the whole session.
+@pytest.fixture(autouse=True, scope="module")
 def _quick_compilation() -> Iterator[None]:  # pyright: ignore[reportUnusedFunction] # pytest uses it
     jax.config.update("jax_disable_most_optimizations", True)
     yield
