@@ -5,6 +5,7 @@ It obeys the interfaces of an experiment and of an evaluator, and a generation t
 
 import dataclasses
 import functools
+import signal
 import sys
 import time
 from collections.abc import Callable
@@ -257,5 +258,7 @@ def install(patch: pytest.MonkeyPatch) -> None:
 if __name__ == "__main__":
     from mjxwalk.cli import main
 
+    # A shell's background jobs, and so their children, ignore Ctrl-C.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     install(pytest.MonkeyPatch())
     sys.exit(main())

@@ -44,7 +44,7 @@ class Evolve:
     """
 
     experiment: tyro.conf.Positional[Annotated[str, tyro.conf.arg(metavar="EXPERIMENT")]] = (
-        experiments.DEFAULT
+        dataclasses.field(default_factory=lambda: experiments.DEFAULT)
     )
     seed: int = 0
     source: Annotated[str | None, tyro.conf.arg(name="from", metavar="RUN")] = None
