@@ -85,9 +85,9 @@ def test_the_equations_have_the_terms_of_the_thesis_and_no_others():
 def test_the_integrator_is_of_fourth_order():
     network = rayleigh.alone(alpha=1.0, p=5.0, mu=1.0)
     with jax.enable_x64(True):
-        exact = _scipy(network, _start(0.4), np.array([0.0, 4.0]))[-1]
+        exact = _scipy(network, _start(0.5), np.array([0.0, 4.0]))[-1]
         network = Network(*(jnp.asarray(np.asarray(part, np.float64)) for part in network))
-        start = Motion(jnp.array([np.float64(np.float32(0.4))]), jnp.zeros(1, jnp.float64))
+        start = _start(0.5)
         errors = [
             abs(rayleigh.simulate(network, start, timestep=4.0 / n, num_steps=n).angle[-1] - exact)
             for n in (80, 160)
