@@ -2,8 +2,14 @@
 
 from mjxwalk.strategies import links, operators
 from mjxwalk.strategies.base import Genotype, Mask, Masks, Population, Strategy
+from mjxwalk.strategies.hybrid_ga import HybridGAState, hybrid_ga
 from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 from mjxwalk.strategies.operators import Individual
+from mjxwalk.strategies.pattern_search import (
+    PatternSearchMetrics,
+    PatternSearchState,
+    pattern_search,
+)
 from mjxwalk.strategies.pruning import (
     PruningMetrics,
     PruningState,
@@ -18,15 +24,19 @@ from mjxwalk.strategies.self_adaptive_ga import (
     SelfAdaptiveGAState,
     self_adaptive_ga,
 )
+from mjxwalk.strategies.two_point_ga import TwoPointGAState, two_point_ga
 
 __all__ = [
     "FACTORIES",
     "FitnessSummary",
     "Genotype",
+    "HybridGAState",
     "Individual",
     "Mask",
     "Masks",
     "Population",
+    "PatternSearchMetrics",
+    "PatternSearchState",
     "PruningMetrics",
     "PruningState",
     "PruningStrategy",
@@ -34,12 +44,16 @@ __all__ = [
     "SelfAdaptiveGAMetrics",
     "SelfAdaptiveGAState",
     "Strategy",
+    "TwoPointGAState",
     "has_declined",
+    "hybrid_ga",
     "links",
     "make",
     "operators",
+    "pattern_search",
     "self_adaptive_ga",
     "summarise_fitness",
+    "two_point_ga",
     "with_pruning",
     "with_restarts",
 ]

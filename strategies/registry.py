@@ -7,10 +7,18 @@ from types import MappingProxyType
 from typing import Any
 
 from mjxwalk.strategies.base import Strategy
+from mjxwalk.strategies.hybrid_ga import hybrid_ga
+from mjxwalk.strategies.pattern_search import pattern_search
 from mjxwalk.strategies.self_adaptive_ga import self_adaptive_ga
+from mjxwalk.strategies.two_point_ga import two_point_ga
 
 FACTORIES: Mapping[str, Callable[..., Strategy[Any, Any]]] = MappingProxyType(
-    {"self-adaptive-ga": self_adaptive_ga}
+    {
+        "hybrid-ga": hybrid_ga,
+        "pattern-search": pattern_search,
+        "self-adaptive-ga": self_adaptive_ga,
+        "two-point-ga": two_point_ga,
+    }
 )
 
 

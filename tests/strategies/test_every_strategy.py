@@ -37,7 +37,14 @@ class Case(NamedTuple):
 GA = Case("self-adaptive-ga", {"sigma": 0.1, "initial_sigma": 0.5})
 # Any template fits, as none of its weights may go; `test_pruning` has those that do.
 PRUNING = functools.partial(with_pruning, links=-1, every=2, reference=2, window=2, settle=2)
-CASES = [GA, GA._replace(wrap=PRUNING, wrapping=", pruned")]
+BOUNDS = {"lower": -2.0, "upper": 2.0}
+CASES = [
+    GA,
+    GA._replace(wrap=PRUNING, wrapping=", pruned"),
+    Case("two-point-ga", {**BOUNDS, "crossover_fraction": 0.8, "mutation_rate": 0.1}),
+    Case("pattern-search", {"initial_mesh": 0.5}),
+    Case("hybrid-ga", {**BOUNDS, "breeding_generations": 2}),
+]
 
 POPULATION_SIZE = 20
 NUM_GENERATIONS = 30
