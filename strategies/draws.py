@@ -1,6 +1,6 @@
 """Random numbers of all kinds, cut out of one draw of random words.
 
-Every draw from a key is a hash that XLA compiles anew, on a CPU for a quarter of a second whatever
+Every draw from a key is a hash that XLA compiles anew, on a CPU for a tenth of a second whatever
 its size, and that is more than all else in a generation. So a generation draws once.
 """
 
@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, PRNGKeyArray, UInt32
 
 from mjxwalk.strategies.base import FloatTree, Tree
+from mjxwalk.strategies.threefry import random_words
 
 WORD = 32  # bits
 
@@ -21,7 +22,7 @@ def draw_words(
     key: PRNGKeyArray, num_rows: int, sizes: Sequence[int]
 ) -> list[UInt32[Array, "row _"]]:
     """Returns independent words in parts of these many columns; uses up `key`."""
-    words = jax.random.bits(key, (num_rows, sum(sizes)), jnp.uint32)
+    words = random_words(key, (num_rows, sum(sizes)))
     return jnp.split(words, np.cumsum(sizes)[:-1].tolist(), axis=1)
 
 
