@@ -46,7 +46,8 @@ class AngleDensity:
 
         engines.prepare()
         walker = walkers.best(self.source)
-        density = angles.angle_density(self._recordings(walker), walker.experiment.env)
+        env = walker.experiment.tried().env
+        density = angles.angle_density(self._recordings(walker), env)
         if not density.steps:
             raise runs.RunError(f"{self.source} takes no whole step in a trial without a fall")
         try:

@@ -84,7 +84,7 @@ class GaitTable:
             duration=self.duration or None,
             engine=self.engine,
         )
-        measured = gait.measure_gait(recording, walker.experiment.env)
+        measured = gait.measure_gait(recording, walker.experiment.tried().env)
         if measured.falls == measured.trials:
             print(f"{source}: falls in all {measured.trials} trials", file=sys.stderr)
         return measured

@@ -62,7 +62,7 @@ class StickFigures:
         from mjxwalk.envs import Terrain
 
         engines.prepare()
-        experiment = walker.experiment
+        experiment = walker.experiment.tried()
         env, key = experiment.env, jax.random.key(self.terrain_seed)
         heights = np.asarray(experiment.sample_terrains(key, 1))
         terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]

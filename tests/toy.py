@@ -99,6 +99,10 @@ class Toy:
             return runs.unflatten(state, before)
         return jax.jit(strategy.begin)(runs.unflatten(state.inner, before), elite_fitness)
 
+    def tried(self) -> "Toy":
+        """Returns the toy."""
+        return self
+
     def finer(self, factor: int) -> "Toy":
         """Returns the toy with another time step, which changes nothing."""
         env = dataclasses.replace(self.env, timestep=self.env.timestep / factor)

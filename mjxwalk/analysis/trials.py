@@ -40,6 +40,7 @@ def record_trials(
     """
     if trials < 1:
         raise ValueError(f"trials must be at least 1, got {trials}")
+    experiment = experiment.tried()
     key = jax.random.fold_in(jax.random.key(seed), ANALYSIS)
     heights = np.asarray(experiment.sample_terrains(key, trials))
     ground: Any = Surface if isinstance(experiment.env, Flame) else Terrain

@@ -25,7 +25,8 @@ class _Entry(NamedTuple):
 
 _WALK = "local links, from zero, on slightly rough ground"
 _ROUGH = "local links, around the winner of walk, on ever rougher ground"
-_LPD, _FIL = "local links, around the mean of rough", "all links, around the winner of lpd"
+_STEADY = "local links, around the mean of rough, for fewer falls"
+_LPD, _FIL = "local links, around the mean of steady", "all links, around the winner of lpd"
 _SIL = "goes on from fil and prunes its links"
 
 _EXPERIMENTS = {
@@ -37,7 +38,14 @@ _STUDIES = {
         "solomon",
         "SOLOMON_2D",
         "Solomon et al. (2013) in the plane: local links, all links, pruned links",
-        {"walk": _WALK, "rough": _ROUGH, "lpd": _LPD, "fil": _FIL, "sil": _SIL},
+        {
+            "walk": _WALK,
+            "rough": _ROUGH,
+            "steady": _STEADY,
+            "lpd": _LPD,
+            "fil": _FIL,
+            "sil": _SIL,
+        },
     ),
     "solomon-2d-rsil": _Entry(
         "solomon",
@@ -46,6 +54,7 @@ _STUDIES = {
         {
             "walk": _WALK,
             "rough": _ROUGH,
+            "steady": _STEADY,
             "lpd": _LPD,
             "rsil": "the links that pruning leaves, around the winner of lpd",
         },

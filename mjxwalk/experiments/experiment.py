@@ -56,6 +56,8 @@ class Experiment:
         run's last population; "population" goes on with that population and the state that its
         strategy was in.
       ramp: ground whose roughness changes as walkers get better; None for the same in all.
+      arena: body, ground and rules by which tournaments and reports try its walkers, where those
+        differ from what they evolve in; None for `env`.
       pruning: removes links as the evolution goes on, and ends it when that has cost too much;
         None to keep them.
     """
@@ -73,6 +75,7 @@ class Experiment:
     restart_at: int | None = None
     start: Literal["zero", "winner", "mean", "population"] = "zero"
     ramp: RoughnessRamp | None = None
+    arena: Planar7 | None = None
     pruning: Pruning | None = None
 
     def __post_init__(self) -> None:
@@ -163,6 +166,12 @@ class Experiment:
         if roughness is not None:
             terrain = dataclasses.replace(terrain, roughness=roughness)
         return terrain.sample(key, num)
+
+    def tried(self) -> "Experiment":
+        """Returns the experiment as its walkers are tried, once they have evolved."""
+        if self.arena is None:
+            return self
+        return dataclasses.replace(self, env=self.arena, arena=None, ramp=None)
 
     def finer(self, factor: int) -> "Experiment":
         """Returns the experiment with its time step divided by a factor."""

@@ -118,6 +118,7 @@ def _trials(
     import pandas as pd
 
     rows: list[Any] = []
+    env = phase.experiment.tried().env
     for place, first in enumerate(range(0, num_trials, AT_ONCE)):
         recording = trials.record_trials(
             phase.experiment,
@@ -126,15 +127,15 @@ def _trials(
             seed=seed + place,
             engine=engine,
         )
-        rows.append(gait.measure_trials(recording, phase.experiment.env))
-        steps = angles.step_angles(recording, phase.experiment.env)
+        rows.append(gait.measure_trials(recording, env))
+        steps = angles.step_angles(recording, env)
         density = angles.add_steps(density, steps)
     return pd.concat(rows, ignore_index=True), density
 
 
 def _stick(phase: Phase, seed: int, engine: str) -> Stick:
     """Returns the first seconds of a trial without a fall in them, if there is one."""
-    experiment = phase.experiment
+    experiment = phase.experiment.tried()
     env = experiment.env
     key = jax.random.fold_in(jax.random.key(seed), STICK_FIGURES)
     heights = np.asarray(experiment.sample_terrains(key, CHOICE))

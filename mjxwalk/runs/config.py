@@ -22,6 +22,7 @@ KEEP = 20
 ADDED: dict[str, Any] = {
     "start": "zero",
     "ramp": None,
+    "arena": None,
     "pruning": None,
     "goal": {"fine_trials": 0, "fine_factor": 4},
     "env": {"min_speed": 0.0, "max_lag": 1e9},

@@ -60,7 +60,7 @@ class HoldTournament:
         except ValueError as error:
             raise RunError(str(error)) from None
         showing.show(held, self.source)
-        elsewhere = changed.experiment != entrants.experiment
+        elsewhere = changed.experiment.tried() != entrants.experiment.tried()
         self._write(held, entrants, elsewhere=elsewhere)
         return 0
 
@@ -82,7 +82,9 @@ class HoldTournament:
             return entrants
         from mjxwalk.settings import override
 
-        experiment = override(entrants.experiment, "env.terrain.roughness", str(self.roughness))
+        experiment = override(
+            entrants.experiment.tried(), "env.terrain.roughness", str(self.roughness)
+        )
         return dataclasses.replace(entrants, experiment=experiment)
 
     def _write(self, held: "Tournament", entrants: "Walkers", *, elsewhere: bool) -> None:

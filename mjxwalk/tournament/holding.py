@@ -45,7 +45,7 @@ def hold(
       ValueError: there is no such engine, or a number is wrong.
     """
     _check(entrants, seed=seed, screening=screening, terrains=terrains)
-    experiment, keys = entrants.experiment, draw_keys(seed)
+    experiment, keys = entrants.experiment.tried(), draw_keys(seed)
     evaluator = evaluation.make_evaluator(experiment, engine)
     place = 0
     if len(entrants) > 1:

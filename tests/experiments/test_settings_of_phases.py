@@ -18,6 +18,7 @@ from mjxwalk.experiments.study import Study
 
 LPD = experiments.get("solomon-2d/lpd")
 ROUGH = experiments.get("solomon-2d/rough")
+FIL = experiments.get("solomon-2d/fil")
 WALK = experiments.get("solomon-2d/walk")
 
 
@@ -41,13 +42,21 @@ def test_a_ramp_goes_on_where_the_fittest_fifth_walk_far_enough() -> None:
 
 def test_terrains_are_of_the_environment_s_roughness_or_that_asked_for() -> None:
     # float32 heights of up to a metre
-    assert step(LPD) == pytest.approx(0.02, abs=1e-6)
-    assert step(LPD, 0.01) == pytest.approx(0.01, abs=1e-6)
-    assert LPD.first_roughness() == 0.02
-    assert LPD.next_roughness(0.02, np.full(5, 100.0)) == 0.02
+    assert step(FIL) == pytest.approx(0.02, abs=1e-6)
+    assert step(FIL, 0.01) == pytest.approx(0.01, abs=1e-6)
+    assert FIL.first_roughness() == 0.02
+    assert FIL.next_roughness(0.02, np.full(5, 100.0)) == 0.02
     assert ROUGH.first_roughness() == RAMP.start
-    assert ROUGH.next_roughness(0.019, np.full(5, 100.0)) == pytest.approx(0.01957)
-    assert ROUGH.next_roughness(0.0199, np.full(5, 100.0)) == 0.02
+    assert ROUGH.next_roughness(0.025, np.full(5, 100.0)) == pytest.approx(0.02575)
+    assert ROUGH.next_roughness(0.0259, np.full(5, 100.0)) == 0.026
+
+
+def test_walkers_are_tried_on_the_paper_s_ground_whatever_they_evolved_on() -> None:
+    assert (step(LPD), LPD.env.torque_budget) == (pytest.approx(0.026, abs=1e-6), 9_000.0)
+    tried = LPD.tried()
+    assert (step(tried), tried.env.torque_budget) == (pytest.approx(0.02, abs=1e-6), 3_000.0)
+    assert tried.tried() is tried
+    assert FIL.tried() is FIL and FIL.env.torque_budget == 1_000.0
 
 
 def test_generations_of_another_roughness_compile_nothing_anew() -> None:
@@ -83,12 +92,12 @@ def test_restarts_and_what_was_evolved_before_exclude_each_other() -> None:
 
 def test_scaling_keeps_the_structure() -> None:
     sil = scaled(experiments.get("solomon-2d/sil"), 0.02)
-    assert (sil.population_size, sil.generations) == (10, 30)
+    assert (sil.population_size, sil.generations) == (10, 60)
     assert sil.pruning == Pruning(every=1, reference=1, window=1, settle=4)
     assert scaled(ROUGH, 0.5) == dataclasses.replace(
         ROUGH,
         population_size=160,
-        generations=75,
+        generations=100,
         ramp=dataclasses.replace(RAMP, factor=RAMP.factor**2),
     )
     tiny = scaled(dataclasses.replace(WALK, generations=500), 1e-3)
@@ -104,9 +113,16 @@ def test_scaling_keeps_the_structure() -> None:
 
 def test_phases_are_chained_and_named_after_their_study() -> None:
     study = experiments.get_study("solomon-2d")
-    assert [e.start for _, e in study.phases] == ["zero", "winner", "mean", "winner", "population"]
+    assert [e.start for _, e in study.phases] == [
+        "zero",
+        "winner",
+        "mean",
+        "mean",
+        "winner",
+        "population",
+    ]
     assert study.phase("fil") is experiments.get("solomon-2d/fil")
-    assert [e.population_size for _, e in study.scaled(0.2).phases] == [128, 64, 30, 30, 30]
+    assert [e.population_size for _, e in study.scaled(0.2).phases] == [128, 64, 30, 30, 30, 30]
     with pytest.raises(ValueError, match="must be named other/lpd, got solomon-2d/lpd"):
         Study(name="other", phases=(("lpd", LPD),))
     with pytest.raises(ValueError, match="solomon-2d/rough comes first and must start from zero"):
