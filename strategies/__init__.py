@@ -1,15 +1,20 @@
 """Evolutionary strategies as pure functions over pytrees of weights; needs JAX alone."""
 
-from mjxwalk.strategies import links, operators
+from mjxwalk.strategies import links, operators, ranks, vectors
+from mjxwalk.strategies.ars import ARSState, ars
 from mjxwalk.strategies.base import Genotype, Mask, Masks, Population, Strategy
+from mjxwalk.strategies.cma_es import CMAESState, cma_es
 from mjxwalk.strategies.hybrid_ga import HybridGAState, hybrid_ga
-from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
+from mjxwalk.strategies.masks import MaskedState, with_mask
+from mjxwalk.strategies.metrics import FitnessSummary, SearchMetrics, summarise_fitness
+from mjxwalk.strategies.openai_es import OpenAIESState, openai_es
 from mjxwalk.strategies.operators import Individual
 from mjxwalk.strategies.pattern_search import (
     PatternSearchMetrics,
     PatternSearchState,
     pattern_search,
 )
+from mjxwalk.strategies.pgpe import PGPEState, pgpe
 from mjxwalk.strategies.pruning import (
     PruningMetrics,
     PruningState,
@@ -24,36 +29,58 @@ from mjxwalk.strategies.self_adaptive_ga import (
     SelfAdaptiveGAState,
     self_adaptive_ga,
 )
+from mjxwalk.strategies.sep_cma_es import SepCMAESState, sep_cma_es
+from mjxwalk.strategies.snes import SNESState, snes
 from mjxwalk.strategies.two_point_ga import TwoPointGAState, two_point_ga
+from mjxwalk.strategies.xnes import XNESState, xnes
 
 __all__ = [
     "FACTORIES",
+    "ARSState",
+    "CMAESState",
     "FitnessSummary",
     "Genotype",
     "HybridGAState",
     "Individual",
     "Mask",
+    "MaskedState",
     "Masks",
-    "Population",
+    "OpenAIESState",
+    "PGPEState",
     "PatternSearchMetrics",
     "PatternSearchState",
+    "Population",
     "PruningMetrics",
     "PruningState",
     "PruningStrategy",
     "RestartState",
+    "SNESState",
+    "SearchMetrics",
     "SelfAdaptiveGAMetrics",
     "SelfAdaptiveGAState",
+    "SepCMAESState",
     "Strategy",
     "TwoPointGAState",
+    "XNESState",
+    "ars",
+    "cma_es",
     "has_declined",
     "hybrid_ga",
     "links",
     "make",
+    "openai_es",
     "operators",
     "pattern_search",
+    "pgpe",
+    "ranks",
     "self_adaptive_ga",
+    "sep_cma_es",
+    "snes",
     "summarise_fitness",
     "two_point_ga",
+    "vectors",
+    "with_mask",
     "with_pruning",
     "with_restarts",
+    "xnes",
 ]

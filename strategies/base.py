@@ -44,6 +44,9 @@ else:
 Genotype: TypeAlias = FloatTree
 Mask: TypeAlias = BoolTree
 
+# A number, or an array without axes: one that is traced lets `vmap` run over a hyper-parameter.
+ScalarLike: TypeAlias = float | int | Float[Array, ""]
+
 StateT = TypeVar("StateT")
 MetricsT = TypeVar("MetricsT")
 StateT_co = TypeVar("StateT_co", covariant=True)

@@ -27,6 +27,17 @@ def check_count(field: str, value: Any, *, minimum: int, maximum: int | None = N
         raise ValueError(f"{field} must be a whole number {limit}, got {value!r}")
 
 
+def check_even(field: str, value: Any) -> None:
+    """Checks that a setting is an even number of at least 2, as mirrored sampling needs.
+
+    Raises:
+      ValueError: it is not; the message names the field and the value.
+    """
+    check_count(field, value, minimum=2)
+    if value % 2:
+        raise ValueError(f"{field} must be an even number >= 2, as noise is mirrored, got {value}")
+
+
 def check_numbers(
     field: str,
     values: Any,

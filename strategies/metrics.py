@@ -22,6 +22,30 @@ class FitnessSummary(NamedTuple):
     num_nan: Int[Array, ""]
 
 
+class SearchMetrics(NamedTuple):
+    """Scalars about the generation told by a strategy that searches with one distribution.
+
+    The first four are its `FitnessSummary`.
+
+    Attributes:
+      sigma: standard deviation of a weight in that generation, root mean square over all weights.
+    """
+
+    best_fitness: Float[Array, ""]
+    mean_fitness: Float[Array, ""]
+    median_fitness: Float[Array, ""]
+    num_nan: Int[Array, ""]
+    sigma: Float[Array, ""]
+
+
+def measure_search(fitness: Float[Array, " pop"], sigma: Float[Array, "*dim"]) -> SearchMetrics:
+    """Returns the metrics of a generation drawn with these standard deviations."""
+    # Scaled, so that squares of the smallest and largest do not leave float32.
+    largest = jnp.max(sigma)
+    rms = largest * jnp.sqrt(jnp.mean((sigma / largest) ** 2))
+    return SearchMetrics(*summarise_fitness(fitness), sigma=rms)
+
+
 def summarise_fitness(fitness: Float[Array, " pop"]) -> FitnessSummary:
     """Returns best, mean and median of the finite values, and the number of NaN."""
     is_finite, is_nan = jnp.isfinite(fitness), jnp.isnan(fitness)

@@ -57,6 +57,15 @@ def match_links(links: Tree, template: Genotype) -> Tree:
     return jax.tree.unflatten(structure, [leaf.astype(np.int32) for leaf in numbers])
 
 
+def match_present(mask: Tree, template: Genotype) -> Tree:
+    """Returns a mask spread over a template, as numpy arrays of booleans in its shapes.
+
+    Raises:
+      ValueError: as `match_template`.
+    """
+    return _spread("mask", mask, template, lambda value, leaf: np.broadcast_to(value, leaf.shape))
+
+
 def _spread(
     field: str, prefix: Tree, template: Genotype, spread: Callable[[Any, Array], Any]
 ) -> Tree:

@@ -6,18 +6,33 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from mjxwalk.strategies.ars import ars
 from mjxwalk.strategies.base import Strategy
+from mjxwalk.strategies.cma_es import cma_es
 from mjxwalk.strategies.hybrid_ga import hybrid_ga
+from mjxwalk.strategies.masks import with_mask
+from mjxwalk.strategies.openai_es import openai_es
 from mjxwalk.strategies.pattern_search import pattern_search
+from mjxwalk.strategies.pgpe import pgpe
 from mjxwalk.strategies.self_adaptive_ga import self_adaptive_ga
+from mjxwalk.strategies.sep_cma_es import sep_cma_es
+from mjxwalk.strategies.snes import snes
 from mjxwalk.strategies.two_point_ga import two_point_ga
+from mjxwalk.strategies.xnes import xnes
 
 FACTORIES: Mapping[str, Callable[..., Strategy[Any, Any]]] = MappingProxyType(
     {
+        "ars": ars,
+        "cma-es": cma_es,
         "hybrid-ga": hybrid_ga,
+        "openai-es": openai_es,
         "pattern-search": pattern_search,
+        "pgpe": pgpe,
         "self-adaptive-ga": self_adaptive_ga,
+        "sep-cma-es": sep_cma_es,
+        "snes": snes,
         "two-point-ga": two_point_ga,
+        "xnes": xnes,
     }
 )
 
@@ -25,10 +40,13 @@ FACTORIES: Mapping[str, Callable[..., Strategy[Any, Any]]] = MappingProxyType(
 def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, Any]:
     """Returns the strategy of a name, as a key of `FACTORIES`.
 
+    What is known of a controller serves every strategy: a `mask` that its factory does not take is
+    put around it, see `with_mask`, and `groups` that it has no use for are left out.
+
     Args:
       name: strategy, such as "self-adaptive-ga".
       population_size: genotypes in a generation.
-      options: the factory's other hyper-parameters.
+      options: the factory's other hyper-parameters, and `mask` and `groups`.
 
     Raises:
       ValueError: the name or an option is unknown, or an option is missing or out of its range.
@@ -38,6 +56,9 @@ def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, An
     factory = FACTORIES[name]
     parameters = inspect.signature(factory).parameters
     known = [option for option in parameters if option != "population_size"]
+    mask = None if "mask" in known else options.pop("mask", None)
+    if "groups" not in known:
+        options.pop("groups", None)
     for option in options:
         if option not in known:
             raise ValueError(f"unknown option {option!r} of {name}; {_suggest(option, known)}")
@@ -48,7 +69,8 @@ def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, An
     ]
     if missing:
         raise ValueError(f"{name} needs a value for {' and '.join(missing)}")
-    return factory(population_size=population_size, **options)
+    strategy = factory(population_size=population_size, **options)
+    return strategy if mask is None else with_mask(strategy, mask)
 
 
 def _suggest(wrong: str, known: Iterable[str]) -> str:

@@ -4,17 +4,15 @@ Solomon, Locascio & Hartmann (2013), Adaptive Behavior 21(1), doi 10.1177/105971
 2.7.3; `self_adaptive_ga` says what the paper states and what is ours. Genotypes are vectors here.
 """
 
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import jax
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import draws, operators
-from mjxwalk.strategies.base import Tree
+from mjxwalk.strategies.base import ScalarLike, Tree
 from mjxwalk.strategies.operators import Individual
-
-ScalarLike: TypeAlias = float | int | Float[Array, ""]
 
 
 class Breeding(NamedTuple):

@@ -35,12 +35,13 @@ from mjxwalk.strategies.base import (
     Mask,
     Masks,
     Population,
+    ScalarLike,
     Strategy,
     Tree,
 )
 from mjxwalk.strategies.metrics import summarise_fitness
 from mjxwalk.strategies.operators import Individual
-from mjxwalk.strategies.self_adaptive_breeding import Breeding, ScalarLike, breed, number_apart
+from mjxwalk.strategies.self_adaptive_breeding import Breeding, breed, number_apart
 
 PARENT_FRACTION = 0.2  # Solomon et al. (2013), section 2.7.3, selection
 NUM_ELITES = 1  # section 2.7.3 in 2D; the paper's 3D runs have none

@@ -44,6 +44,13 @@ CASES = [
     Case("two-point-ga", {**BOUNDS, "crossover_fraction": 0.8, "mutation_rate": 0.1}),
     Case("pattern-search", {"initial_mesh": 0.5}),
     Case("hybrid-ga", {**BOUNDS, "breeding_generations": 2}),
+    Case("ars", {"sigma": 0.3, "learning_rate": 0.2}, by_rank=False),
+    Case("cma-es", {"sigma": 0.5}),
+    Case("openai-es", {"sigma": 0.3, "optimizer": 0.1}),
+    Case("pgpe", {"sigma": 0.5, "optimizer": 0.1}),
+    Case("sep-cma-es", {"sigma": 0.5}),
+    Case("snes", {"sigma": 0.5}),
+    Case("xnes", {"sigma": 0.5}),
 ]
 
 POPULATION_SIZE = 20
@@ -148,7 +155,7 @@ def test_nan_ranks_below_every_number(case: Case):
     state = strategy.init(jax.random.key(0), TEMPLATE)
     population, state = strategy.ask(jax.random.key(1), state)
     number = np.array(-_distance(population))
-    number[[0, 3, 11]] = [-1e30, -2e30, -3e30]
+    number[[0, 3, 11]] = -1e30  # NaN is equal to NaN
     broken = number.copy()
     broken[[0, 3, 11]] = np.nan
     key = jax.random.key(2)
@@ -234,8 +241,9 @@ def test_a_scan_over_generations_under_vmap_over_seeds_gives_the_same_as_a_loop(
         state = jitted.init(key_init, TEMPLATE)
         alone, _ = _evolve(jitted, jax.random.split(key_generations, 3), state)
         for a, b in zip(jax.tree.leaves(together), jax.tree.leaves(alone), strict=True):
-            # Another program may round a fused multiply-add differently, a few times in a row.
-            np.testing.assert_allclose(a[index], b, rtol=1e-5, atol=1e-6)
+            # Another program may round a fused multiply-add differently, a few times in a row, and
+            # sum in another order; all here are of the order of 1.
+            np.testing.assert_allclose(a[index], b, rtol=1e-5, atol=1e-5)
 
 
 @every_strategy

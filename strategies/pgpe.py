@@ -1,0 +1,145 @@
+"""Policy gradients with parameter-based exploration: a gradient for means and for step sizes.
+
+Sehnke, Osendorfer, Rueckstiess, Graves, Peters & Schmidhuber (2010), "Parameter-exploring policy
+gradients", Neural Networks 23(4):551-559, doi 10.1016/j.neunet.2009.12.004, section 3.3: symmetric
+sampling. Ranks in place of rewards, and the bound on a step size's change, are those of Toklu,
+Liskowski & Srivastava (2020), "ClipUp", https://arxiv.org/abs/2008.02387.
+"""
+
+import functools
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import optax
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from mjxwalk.strategies import checks, gradients, vectors
+from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.gradients import Optimizer
+from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.ranks import centred_ranks
+
+LEARNING_RATE = 0.01  # of Adam; ours, as for `openai_es`
+SIGMA_LEARNING_RATE = 0.1  # Toklu et al. (2020), section 4
+LARGEST_CHANGE = 0.2  # of a step size in a generation, its share; Toklu et al. (2020), section 4
+
+
+class PGPEState(NamedTuple):
+    """State between generations.
+
+    Attributes:
+      mean: what the population is drawn around, as one vector; see `vectors.unflatten`.
+      sigma: standard deviation of each weight.
+      optimizer_state: optax's, for the mean.
+      template: genotype that the search started from.
+      generation: number of the generation to be evaluated next.
+    """
+
+    mean: Float[Array, " dim"]
+    sigma: Float[Array, " dim"]
+    optimizer_state: Any
+    template: Genotype
+    generation: Int[Array, ""]
+
+
+class _Settings(NamedTuple):
+    """Checked arguments of `pgpe`."""
+
+    population_size: int
+    sigma: Tree
+    optimizer: optax.GradientTransformation
+    sigma_learning_rate: ScalarLike
+    largest_change: ScalarLike
+
+
+def pgpe(
+    *,
+    population_size: int,
+    sigma: Tree,
+    optimizer: Optimizer = LEARNING_RATE,
+    sigma_learning_rate: ScalarLike = SIGMA_LEARNING_RATE,
+    largest_change: ScalarLike = LARGEST_CHANGE,
+) -> Strategy[PGPEState, SearchMetrics]:
+    """Returns PGPE with symmetric sampling, Sehnke et al. (2010), section 3.3.
+
+    Args:
+      population_size: genotypes in a generation; even, because noise is mirrored.
+      sigma: standard deviation of generation 0, in units of the weights; one value, or a pytree
+        prefix of the template.
+      optimizer: turns the gradient estimate into a step of the mean; a number is the learning rate
+        of Adam.
+      sigma_learning_rate: step of the step sizes along their gradient.
+      largest_change: share of a step size by which it may change in a generation; below 1.
+
+    Raises:
+      ValueError: a setting is out of its range, or, from `init`, does not fit the template.
+    """
+    checks.check_even("population_size", population_size)
+    checks.check_numbers("sigma", sigma, above=0.0)
+    checks.check_numbers("sigma_learning_rate", sigma_learning_rate, minimum=0.0)
+    checks.check_numbers("largest_change", largest_change, minimum=0.0, maximum=1.0)
+    settings = _Settings(
+        population_size,
+        sigma,
+        gradients.make_optimizer(optimizer),
+        sigma_learning_rate,
+        largest_change,
+    )
+    return Strategy(
+        population_size=population_size,
+        init=functools.partial(_init, settings),
+        ask=functools.partial(_ask, settings),
+        tell=functools.partial(_tell, settings),
+    )
+
+
+def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> PGPEState:
+    del key
+    checks.check_template(template)
+    mean = vectors.flatten(template)
+    return PGPEState(
+        mean=mean,
+        sigma=vectors.spread("sigma", settings.sigma, template),
+        optimizer_state=settings.optimizer.init(mean),
+        template=jax.tree.map(jnp.asarray, template),
+        generation=jnp.zeros((), jnp.int32),
+    )
+
+
+def _ask(settings: _Settings, key: PRNGKeyArray, state: PGPEState) -> tuple[Population, PGPEState]:
+    noise = vectors.mirrored_normals(key, settings.population_size, state.mean)
+    genotypes = state.mean + state.sigma * noise
+    return vectors.unflatten_population(genotypes, state.template), state
+
+
+def _tell(
+    settings: _Settings,
+    key: PRNGKeyArray,
+    population: Population,
+    fitness: Float[Array, " pop"],
+    state: PGPEState,
+) -> tuple[PGPEState, SearchMetrics]:
+    del key
+    checks.check_told(settings.population_size, population, fitness)
+    num_pairs = settings.population_size // 2
+    worth = centred_ranks(fitness).astype(state.mean.dtype)
+    plus, minus = worth[:num_pairs], worth[num_pairs:]
+    genotypes = vectors.flatten_population(population)
+    steps = (genotypes[:num_pairs] - genotypes[num_pairs:]) / 2
+    # Both gradients times sigma squared, and so in units of the weights, as the paper takes them;
+    # ranks are centred, so that the paper's baseline is 0.
+    gradient = (plus - minus) / 2 @ steps / num_pairs
+    sigma_gradient = (plus + minus) / 2 @ ((steps / state.sigma) ** 2 - 1) / num_pairs
+    mean, optimizer_state = gradients.ascend(
+        settings.optimizer, gradient, state.optimizer_state, state.mean
+    )
+    change = settings.sigma_learning_rate * sigma_gradient
+    change = jnp.clip(change, -settings.largest_change, settings.largest_change)
+    new_state = state._replace(
+        mean=mean,
+        sigma=vectors.bound_sigma(state.sigma * (1 + change)),
+        optimizer_state=optimizer_state,
+        generation=state.generation + 1,
+    )
+    return new_state, measure_search(fitness, state.sigma)

@@ -1,0 +1,124 @@
+"""Separable natural evolution strategy: every weight has a step size of its own.
+
+Wierstra, Schaul, Glasmachers, Sun, Peters & Schmidhuber (2014), "Natural evolution strategies",
+JMLR 15:949-980, https://jmlr.org/papers/v15/wierstra14a.html, algorithm 6; defaults of table 1.
+"""
+
+import functools
+import math
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from mjxwalk.strategies import checks, vectors
+from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.ranks import nes_utilities
+
+MEAN_LEARNING_RATE = 1.0  # Wierstra et al. (2014), table 1
+
+
+class SNESState(NamedTuple):
+    """State between generations.
+
+    Attributes:
+      mean: what the population is drawn around, as one vector; see `vectors.unflatten`.
+      sigma: standard deviation of each weight.
+      template: genotype that the search started from.
+      generation: number of the generation to be evaluated next.
+    """
+
+    mean: Float[Array, " dim"]
+    sigma: Float[Array, " dim"]
+    template: Genotype
+    generation: Int[Array, ""]
+
+
+class _Settings(NamedTuple):
+    """Checked arguments of `snes`."""
+
+    population_size: int
+    sigma: Tree
+    mean_learning_rate: ScalarLike
+    sigma_learning_rate: ScalarLike | None
+
+
+def snes(
+    *,
+    population_size: int,
+    sigma: Tree,
+    mean_learning_rate: ScalarLike = MEAN_LEARNING_RATE,
+    sigma_learning_rate: ScalarLike | None = None,
+) -> Strategy[SNESState, SearchMetrics]:
+    """Returns the separable natural evolution strategy of Wierstra et al. (2014), algorithm 6.
+
+    Args:
+      population_size: genotypes in a generation.
+      sigma: standard deviation of generation 0, in units of the weights; one value, or a pytree
+        prefix of the template.
+      mean_learning_rate: share of the natural gradient that the mean follows.
+      sigma_learning_rate: the same of the step sizes; None for `default_sigma_learning_rate`.
+
+    Raises:
+      ValueError: a setting is out of its range, or, from `init`, does not fit the template.
+    """
+    checks.check_count("population_size", population_size, minimum=2)
+    checks.check_numbers("sigma", sigma, above=0.0)
+    checks.check_numbers("mean_learning_rate", mean_learning_rate, above=0.0)
+    if sigma_learning_rate is not None:
+        checks.check_numbers("sigma_learning_rate", sigma_learning_rate, minimum=0.0)
+    settings = _Settings(population_size, sigma, mean_learning_rate, sigma_learning_rate)
+    return Strategy(
+        population_size=population_size,
+        init=functools.partial(_init, settings),
+        ask=functools.partial(_ask, settings),
+        tell=functools.partial(_tell, settings),
+    )
+
+
+def default_sigma_learning_rate(num_weights: int) -> float:
+    """Returns the learning rate of step sizes in table 1 of Wierstra et al. (2014)."""
+    return (3 + math.log(num_weights)) / (5 * math.sqrt(num_weights))
+
+
+def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> SNESState:
+    del key
+    checks.check_template(template)
+    return SNESState(
+        mean=vectors.flatten(template),
+        sigma=vectors.spread("sigma", settings.sigma, template),
+        template=jax.tree.map(jnp.asarray, template),
+        generation=jnp.zeros((), jnp.int32),
+    )
+
+
+def _ask(settings: _Settings, key: PRNGKeyArray, state: SNESState) -> tuple[Population, SNESState]:
+    noise = vectors.standard_normals(key, settings.population_size, state.mean)
+    genotypes = state.mean + state.sigma * noise
+    return vectors.unflatten_population(genotypes, state.template), state
+
+
+def _tell(
+    settings: _Settings,
+    key: PRNGKeyArray,
+    population: Population,
+    fitness: Float[Array, " pop"],
+    state: SNESState,
+) -> tuple[SNESState, SearchMetrics]:
+    del key
+    checks.check_told(settings.population_size, population, fitness)
+    utilities = nes_utilities(fitness).astype(state.mean.dtype)
+    noise = (vectors.flatten_population(population) - state.mean) / state.sigma
+    sigma_learning_rate = settings.sigma_learning_rate
+    if sigma_learning_rate is None:
+        sigma_learning_rate = default_sigma_learning_rate(state.mean.size)
+    step = state.sigma * (utilities @ noise)
+    growth = utilities @ (noise**2 - 1)
+    new_state = state._replace(
+        mean=state.mean + settings.mean_learning_rate * step,
+        sigma=vectors.bound_sigma(state.sigma * jnp.exp(sigma_learning_rate / 2 * growth)),
+        generation=state.generation + 1,
+    )
+    return new_state, measure_search(fitness, state.sigma)

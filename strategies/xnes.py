@@ -1,0 +1,154 @@
+"""Exponential natural evolution strategy: a full covariance matrix, moved by its natural gradient.
+
+Wierstra, Schaul, Glasmachers, Sun, Peters & Schmidhuber (2014), "Natural evolution strategies",
+JMLR 15:949-980, https://jmlr.org/papers/v15/wierstra14a.html, algorithm 5; defaults of table 1.
+"""
+
+import functools
+import math
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from mjxwalk.strategies import checks, vectors
+from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.ranks import nes_utilities
+
+MEAN_LEARNING_RATE = 1.0  # Wierstra et al. (2014), table 1
+
+
+class XNESState(NamedTuple):
+    """State between generations; a genotype is mean + sigma times axes times standard normals.
+
+    Attributes:
+      mean: what the population is drawn around, as one vector; see `vectors.unflatten`.
+      sigma: step size.
+      axes: the paper's B, whose determinant stays what it was.
+      template: genotype that the search started from.
+      generation: number of the generation to be evaluated next.
+    """
+
+    mean: Float[Array, " dim"]
+    sigma: Float[Array, ""]
+    axes: Float[Array, "dim dim"]
+    template: Genotype
+    generation: Int[Array, ""]
+
+
+class _Settings(NamedTuple):
+    """Checked arguments of `xnes`."""
+
+    population_size: int
+    sigma: Tree
+    mean_learning_rate: ScalarLike
+    sigma_learning_rate: ScalarLike | None
+    axes_learning_rate: ScalarLike | None
+
+
+def xnes(
+    *,
+    population_size: int,
+    sigma: Tree,
+    mean_learning_rate: ScalarLike = MEAN_LEARNING_RATE,
+    sigma_learning_rate: ScalarLike | None = None,
+    axes_learning_rate: ScalarLike | None = None,
+) -> Strategy[XNESState, SearchMetrics]:
+    """Returns the exponential natural evolution strategy of Wierstra et al. (2014), algorithm 5.
+
+    Its state and time grow with the square and the cube of the number of weights.
+
+    Args:
+      population_size: genotypes in a generation.
+      sigma: standard deviation of generation 0, in units of the weights; one value, or a pytree
+        prefix of the template.
+      mean_learning_rate: share of the natural gradient that the mean follows.
+      sigma_learning_rate: the same of the step size; None for `default_learning_rate`.
+      axes_learning_rate: the same of the axes; None for `default_learning_rate`.
+
+    Raises:
+      ValueError: a setting is out of its range, or, from `init`, does not fit the template.
+    """
+    checks.check_count("population_size", population_size, minimum=2)
+    checks.check_numbers("sigma", sigma, above=0.0)
+    checks.check_numbers("mean_learning_rate", mean_learning_rate, above=0.0)
+    if sigma_learning_rate is not None:
+        checks.check_numbers("sigma_learning_rate", sigma_learning_rate, minimum=0.0)
+    if axes_learning_rate is not None:
+        checks.check_numbers("axes_learning_rate", axes_learning_rate, minimum=0.0)
+    settings = _Settings(
+        population_size, sigma, mean_learning_rate, sigma_learning_rate, axes_learning_rate
+    )
+    return Strategy(
+        population_size=population_size,
+        init=functools.partial(_init, settings),
+        ask=functools.partial(_ask, settings),
+        tell=functools.partial(_tell, settings),
+    )
+
+
+def default_learning_rate(num_weights: int) -> float:
+    """Returns the learning rate of step size and axes in table 1 of Wierstra et al. (2014)."""
+    return (9 + 3 * math.log(num_weights)) / (5 * num_weights * math.sqrt(num_weights))
+
+
+def symmetric_exponential(matrix: Float[Array, "dim dim"]) -> Float[Array, "dim dim"]:
+    """Returns the exponential of a symmetric matrix."""
+    values, basis = jnp.linalg.eigh(matrix)
+    return (basis * jnp.exp(values)) @ basis.T
+
+
+def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> XNESState:
+    del key
+    checks.check_template(template)
+    scales = vectors.spread("sigma", settings.sigma, template)
+    sigma = jnp.exp(jnp.mean(jnp.log(scales)))
+    return XNESState(
+        mean=vectors.flatten(template),
+        sigma=sigma,
+        axes=jnp.diag(scales / sigma),
+        template=jax.tree.map(jnp.asarray, template),
+        generation=jnp.zeros((), jnp.int32),
+    )
+
+
+def _ask(settings: _Settings, key: PRNGKeyArray, state: XNESState) -> tuple[Population, XNESState]:
+    noise = vectors.standard_normals(key, settings.population_size, state.mean)
+    genotypes = state.mean + state.sigma * (noise @ state.axes.T)
+    return vectors.unflatten_population(genotypes, state.template), state
+
+
+def _tell(
+    settings: _Settings,
+    key: PRNGKeyArray,
+    population: Population,
+    fitness: Float[Array, " pop"],
+    state: XNESState,
+) -> tuple[XNESState, SearchMetrics]:
+    del key
+    checks.check_told(settings.population_size, population, fitness)
+    size = state.mean.size
+    rates = (settings.sigma_learning_rate, settings.axes_learning_rate)
+    for_sigma, for_axes = (default_learning_rate(size) if rate is None else rate for rate in rates)
+    utilities = nes_utilities(fitness).astype(state.mean.dtype)
+    steps = (vectors.flatten_population(population) - state.mean) / state.sigma
+
+    # The paper sums over the noise z = inverse(B) steps; to sum over the steps and invert the sum
+    # is the same, at a price that does not grow with the population.
+    scatter = steps.T @ (utilities[:, None] * steps)
+    half = jnp.linalg.solve(state.axes, scatter)
+    noise_scatter = jnp.linalg.solve(state.axes, half.T)
+    # The paper's gradient of M; utilities sum to zero, and so the identity drops out of it.
+    gradient = (noise_scatter + noise_scatter.T) / 2
+    growth = jnp.trace(gradient) / size
+    shape = gradient - growth * jnp.eye(size, dtype=gradient.dtype)
+    new_state = state._replace(
+        mean=state.mean + settings.mean_learning_rate * state.sigma * (utilities @ steps),
+        sigma=vectors.bound_sigma(state.sigma * jnp.exp(for_sigma / 2 * growth)),
+        axes=state.axes @ symmetric_exponential(for_axes / 2 * shape),
+        generation=state.generation + 1,
+    )
+    deviations = state.sigma * jnp.sqrt(jnp.sum(state.axes**2, axis=1))
+    return new_state, measure_search(fitness, deviations)
