@@ -5,7 +5,7 @@ from mjxwalk.envs.flame import Flame
 from mjxwalk.envs.joint_stop import JointStop, StopTorque
 from mjxwalk.envs.motor import Action
 from mjxwalk.envs.planar7 import Observation, Planar7, State
-from mjxwalk.envs.surface import SerpentineWalk, Surface
+from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.terrain import RandomWalk, Terrain
 
 __all__ = [
@@ -20,6 +20,5 @@ __all__ = [
     "SoftContact",
     "State",
     "StopTorque",
-    "Surface",
     "Terrain",
 ]

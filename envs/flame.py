@@ -38,7 +38,8 @@ from mjxwalk.envs.flame_body import (
 )
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.motor import Action
-from mjxwalk.envs.surface import SerpentineWalk, Surface
+from mjxwalk.envs.surface import SerpentineWalk
+from mjxwalk.envs.terrain import Terrain
 
 
 class Observation(NamedTuple):
@@ -104,7 +105,7 @@ class Flame:
     """The body, its ground, and the rules of a trial.
 
     Attributes:
-      surface: shape of the ground.
+      terrain: shape of the ground.
       contact: law of the ground at each of a foot's four corners.
       joint_stop: law of the joints' limits.
       ankle_roll_stiffness: of the passive spring, N m/rad.
@@ -125,7 +126,7 @@ class Flame:
       max_time: the trial ends then, s.
     """
 
-    surface: SerpentineWalk = SerpentineWalk()
+    terrain: SerpentineWalk = SerpentineWalk()
     # A quarter each of the foot's 50,000 N/m and 2,500 N s/m, section 2.3.
     contact: SoftContact = SoftContact(stiffness=12_500.0, damping=625.0)
     joint_stop: JointStop = JointStop(stiffness=1_000.0, damping=10.0)  # ours: see JointStop
@@ -168,10 +169,10 @@ class Flame:
         """Body weight, N."""
         return GRAVITY * float(self.model.mujoco.body_subtreemass[0])
 
-    def reset(self, surface: Surface) -> State:
+    def reset(self, terrain: Terrain) -> State:
         """Returns a walker in the middle of a step, the left foot in the air."""
         qpos, qvel, ankle_x = start(self.weight / (4.0 * self.contact.stiffness))
-        ground = self.surface.height(surface, jnp.zeros(()), jnp.zeros(()))
+        ground = self.terrain.height(terrain, jnp.zeros(()), jnp.zeros(()))
         return State(
             qpos=jnp.asarray(qpos).at[2].add(ground),
             qvel=jnp.asarray(qvel),
@@ -195,7 +196,7 @@ class Flame:
             ankle_x=state.ankle_x,
         )
 
-    def step(self, state: State, action: Action, surface: Surface) -> State:
+    def step(self, state: State, action: Action, terrain: Terrain) -> State:
         """Returns the walker one physics step later, and whether its trial is over.
 
         The action is that of adduction, then of hip, knee and ankle of the left leg, then of the
@@ -203,7 +204,7 @@ class Flame:
         """
         axes = floating.rotation(state.qpos[EULER])
         data = self._forward(state, axes)
-        contacts, loads = self._contacts(state, data, axes, surface)
+        contacts, loads = self._contacts(state, data, axes, terrain)
         torque, inertia = self._joint_forces(state, action)
         qacc = dynamics.acceleration(
             self.floating, data, on_joints(torque), on_joints(inertia), loads, COUPLING
@@ -233,7 +234,7 @@ class Flame:
         def has_fallen(after: State) -> Bool[Array, ""]:
             x, y, z, yaw, pitch, roll = after.qpos[:6]
             return (
-                (z - self.surface.height(surface, x, y) < self.min_hip_height)
+                (z - self.terrain.height(terrain, x, y) < self.min_hip_height)
                 | (jnp.abs(yaw) > self.max_yaw)
                 | (jnp.abs(pitch) > self.max_pitch)
                 | (jnp.abs(roll) > self.max_roll)
@@ -258,7 +259,7 @@ class Flame:
         )
 
     def _contacts(
-        self, state: State, data: Any, axes: Float[Array, "3 3"], surface: Surface
+        self, state: State, data: Any, axes: Float[Array, "3 3"], terrain: Terrain
     ) -> tuple[ContactForce, dict[int, list[dynamics.PointLoad]]]:
         """Returns the ground's force on the feet's corners, and the same as loads on the feet."""
 
@@ -268,7 +269,7 @@ class Flame:
             x, y, z = state.qpos[:3] + axes @ offset
             velocity = axes @ velocity
             contact = self.contact.force(
-                self.surface.height(surface, x, y) - z,
+                self.terrain.height(terrain, x, y) - z,
                 (velocity[:2], velocity[2]),
                 stretch,
                 timestep=self.timestep,

@@ -5,33 +5,21 @@ walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/10597123124629
 """
 
 import dataclasses
-from typing import Any, NamedTuple
+import functools
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int, PRNGKeyArray, UInt32
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, UInt32
 
 from mjxwalk.envs import checks
+from mjxwalk.envs.terrain import Terrain
 
 FILTER_SIDE = 5  # nodes; Appendix A
 MARGIN = FILTER_SIDE // 2  # nodes that the filter takes off every edge
 WORD = 32  # bits
 ALL = np.uint32(0xFFFFFFFF)
-
-
-class Surface(NamedTuple):
-    """The ground under one walker.
-
-    A population shares one table, so that no walker holds a copy of its grid.
-
-    Attributes:
-      heights: m, one grid a terrain, a node every `spacing` metres along x and across, along y.
-      row: which terrain this walker walks on.
-    """
-
-    heights: Float[Array, "terrain along across"]
-    row: Int[Array, ""]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -72,23 +60,19 @@ class SerpentineWalk:
 
     def sample(self, key: PRNGKeyArray, num: int) -> Float[Array, "terrain along across"]:
         """Returns the heights of `num` independent terrains, m."""
-        along, across = (nodes + 2 * MARGIN for nodes in self.num_nodes)
-        key_rows, key_columns = jax.random.split(key)
-        layers = serpentine(key_rows, num, along, across)
-        layers += serpentine(key_columns, num, across, along).swapaxes(1, 2)
-        # Fused with the sums below, the layers would be made anew for each of their terms.
-        layers = jax.lax.optimization_barrier(layers)
-        nodes = self.start + self.spacing * (jnp.arange(along) - MARGIN)
+        nodes = self.start + self.spacing * (np.arange(self.num_nodes[0] + 2 * MARGIN) - MARGIN)
         # The filter makes a slope of the step that is left where the flat part ends.
         flat = nodes < self.flat_until + (MARGIN + 0.5) * self.spacing
-        edge = jnp.minimum(jnp.sum(flat), along - 1)
-        level = layers[:, edge, across // 2][:, None, None]
-        layers = jnp.where(flat[:, None], 0, layers - level)
-        smooth = _box_sum(_box_sum(layers, 1), 2).astype(jnp.float32)
-        return smooth * (0.5 * self.roughness / FILTER_SIDE**2)
+        across = self.num_nodes[1]
+        # As many at once as a word has bits, so that what is compiled serves any number.
+        sheets = [
+            _sheets(jax.random.fold_in(key, block), flat, self.roughness, across=across)
+            for block in range(-(-num // WORD))
+        ]
+        return jnp.concatenate(sheets)[:num]
 
     def height(
-        self, surface: Surface, x: Float[Array, ""], y: Float[Array, ""]
+        self, terrain: Terrain, x: Float[Array, ""], y: Float[Array, ""]
     ) -> Float[Array, ""]:
         """Returns the ground's height at (x, y) by bilinear interpolation, m."""
         along, across = self.num_nodes
@@ -99,10 +83,39 @@ class SerpentineWalk:
         # The last interval also serves the end of the grid; NaN becomes node 0.
         row = jnp.minimum(onward.astype(jnp.int32), along - 2)
         column = jnp.minimum(sideways.astype(jnp.int32), across - 2)
-        start = (surface.row, row, column)
-        near, far = jax.lax.dynamic_slice(surface.heights, start, (1, 2, 2))[0]
+        start = (terrain.row, row, column)
+        near, far = jax.lax.dynamic_slice(terrain.heights, start, (1, 2, 2))[0]
         ends = near + (onward - row) * (far - near)
         return ends[0] + (sideways - column) * (ends[1] - ends[0])
+
+
+@functools.partial(jax.jit, static_argnames="across")
+def _sheets(
+    key: PRNGKeyArray,
+    flat: Bool[np.ndarray, " padded"] | Bool[Array, " padded"],
+    roughness: float | Float[Array, ""],
+    *,
+    across: int,
+) -> Float[Array, "32 along {across}"]:
+    """Returns heights of WORD terrains, level where it is flat.
+
+    Args:
+      key: random key, used up.
+      flat: which nodes along are; the margins too.
+      roughness: the factor r, m.
+      across: nodes.
+    """
+    padded = across + 2 * MARGIN
+    key_rows, key_columns = jax.random.split(key)
+    layers = serpentine(key_rows, WORD, flat.size, padded)
+    layers += serpentine(key_columns, WORD, padded, flat.size).swapaxes(1, 2)
+    # Fused with the sums below, the layers would be made anew for each of their terms.
+    layers = jax.lax.optimization_barrier(layers)
+    edge = jnp.minimum(jnp.sum(flat), flat.size - 1)
+    level = layers[:, edge, padded // 2][:, None, None]
+    layers = jnp.where(flat[:, None], 0, layers - level)
+    smooth = _box_sum(_box_sum(layers, 1), 2).astype(jnp.float32)
+    return smooth * (0.5 * roughness / FILTER_SIDE**2)
 
 
 def serpentine(

@@ -18,11 +18,12 @@ class Terrain(NamedTuple):
     A population shares one table, so that no walker holds a copy of its row.
 
     Attributes:
-      heights: m, one terrain a row, a node every `spacing` metres.
+      heights: m, one terrain a row: a node every `spacing` metres along x, and in space across,
+        along y.
       row: which terrain this walker walks on.
     """
 
-    heights: Float[Array, "terrain node"]
+    heights: Float[Array, " terrain *node"]
     row: Int[Array, ""]
 
 

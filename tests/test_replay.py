@@ -10,7 +10,7 @@ import pytest
 from mjxwalk import experiments, replay
 from mjxwalk.bench.spatial import Held
 from mjxwalk.engines import lanes
-from mjxwalk.envs import Surface, Terrain
+from mjxwalk.envs import Terrain
 
 LPD = experiments.get("planar-lpd")
 NUM_WALKERS, NUM_TERRAINS = 5, 3
@@ -93,14 +93,14 @@ def test_engines_agree(genotypes: Any, terrain: Any) -> None:
 def test_the_spatial_body_is_recorded_too() -> None:
     held = Held()
     heights = np.asarray(held.sample_terrains(jax.random.key(0), 1))
-    ground: Any = Surface(heights, np.zeros(2, np.int32))  # type: ignore[arg-type]
+    ground: Any = Terrain(heights, np.zeros(2, np.int32))  # type: ignore[arg-type]
     recording = replay.record(
         held.env, held.controller, np.zeros((2, 7, 27), np.float32), ground, duration=0.05
     )
     assert recording.states.qpos.shape == (6, 2, 15)
     outcome = lanes.vmap(
         dataclasses.replace(held, env=dataclasses.replace(held.env, max_time=0.05)).rollout,
-        (0, Surface(None, 0)),  # type: ignore[arg-type]
+        (0, Terrain(None, 0)),  # type: ignore[arg-type]
     )(np.zeros((2, 7, 27), np.float32), ground)
     np.testing.assert_allclose(recording.states.qpos[-1, :, 0], outcome.distance, atol=1e-5)
 

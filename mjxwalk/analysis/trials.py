@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 from mjxwalk import replay
-from mjxwalk.envs import Flame, Surface, Terrain
+from mjxwalk.envs import Terrain
 from mjxwalk.replay import Recording
 
 TRIALS = 100  # Solomon et al. (2013), section 3.4, of each winner
@@ -43,12 +43,12 @@ def record_trials(
     experiment = experiment.tried()
     key = jax.random.fold_in(jax.random.key(seed), ANALYSIS)
     heights = np.asarray(experiment.sample_terrains(key, trials))
-    ground: Any = Surface if isinstance(experiment.env, Flame) else Terrain
+    terrain: Any = Terrain(heights, np.arange(trials, dtype=np.int32))  # type: ignore[arg-type]
     return replay.record(
         experiment.env,
         experiment.controller,
         jax.tree.map(lambda leaf: np.repeat(np.asarray(leaf)[None], trials, axis=0), genotype),
-        ground(heights, np.arange(trials, dtype=np.int32)),
+        terrain,
         duration=experiment.env.max_time if duration is None else duration,
         frames_per_second=frames_per_second,
         engine=engine,

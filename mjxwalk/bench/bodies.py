@@ -11,7 +11,7 @@ from jaxtyping import Array, Int
 
 from mjxwalk import experiments, rollout
 from mjxwalk.bench.spatial import Held
-from mjxwalk.envs import Surface, Terrain
+from mjxwalk.envs import Terrain
 
 WEIGHT_SIGMA = 0.3  # ours: as wide as the experiment's first generation
 SAME_WORK = (
@@ -25,13 +25,11 @@ class Body(NamedTuple):
 
     Attributes:
       study: makes the experiment, or what stands in for one, with the body and its controller.
-      ground: what its walkers stand on, from heights and rows.
       controller: in words.
       slow: whether XLA compiles it for so long that a quick bench has to leave mjx out.
     """
 
     study: Callable[[], Any]
-    ground: Callable[[Any, Any], Any]
     controller: str
     slow: bool = False
 
@@ -39,12 +37,10 @@ class Body(NamedTuple):
 BODIES: Mapping[str, Body] = {  # by the name in the results
     "planar": Body(
         functools.partial(experiments.get, "planar-lpd"),
-        Terrain,
         "linear reactive control of planar-lpd, weights at random",
     ),
     "spatial": Body(
         Held,
-        Surface,
         "the bench's own, no study's: each motor held by spring and damper at a weighted sum of "
         "27 senses, without memory, weights at random; ground of r = 0.002 m",
         slow=True,
@@ -92,7 +88,7 @@ def walkers(body: Body, size: int) -> Walkers:
         start=functools.partial(rollout.start, study.env, study.controller),
         advance=functools.partial(rollout.advance, study.env, study.controller),
         genotypes=jax.tree.map(drawn, study.template()),
-        terrain=body.ground(_heights(body), np.zeros(size, np.int32)),
+        terrain=Terrain(_heights(body), np.zeros(size, np.int32)),  # type: ignore[arg-type]
     )
 
 

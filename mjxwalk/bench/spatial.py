@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.envs import Flame, Surface
+from mjxwalk.envs import Flame, Terrain
 from mjxwalk.envs.flame import Action, Observation
 from mjxwalk.rollout import Outcome, rollout
 
@@ -57,8 +57,8 @@ class Held:
 
     def sample_terrains(self, key: PRNGKeyArray, num: int) -> Float[Array, "terrain along across"]:
         """Returns terrains, heights in m."""
-        return self.env.surface.sample(key, num)
+        return self.env.terrain.sample(key, num)
 
-    def rollout(self, genotype: Float[Array, "7 27"], surface: Surface) -> Outcome:
+    def rollout(self, genotype: Float[Array, "7 27"], terrain: Terrain) -> Outcome:
         """Returns what one walker does on one terrain."""
-        return rollout(self.env, self.controller, genotype, surface)
+        return rollout(self.env, self.controller, genotype, terrain)

@@ -13,9 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from mjxwalk.controllers import tables
 from mjxwalk.envs import Action, Observation
 from mjxwalk.envs.checks import not_negative, positive
-from mjxwalk.errors import near
 
 NETWORKS = ("torso", "inter-leg", "stance knee", "swing knee", "stance ankle", "swing ankle")
 ANGLES = (
@@ -101,13 +101,7 @@ class LinearReactive:
     torque_limit: float = 300.0  # ours: the paper names none; a strong human's knee
 
     def __post_init__(self) -> None:
-        if isinstance(self.links, Mapping):
-            _check_table(self.links)
-        elif self.links not in ("local", "all"):
-            raise ValueError(
-                "links must be local, all or a table of inputs by network, such as "
-                f'{{"torso": ["inter-leg"]}}, got {self.links!r}'
-            )
+        tables.check(self.links, NETWORKS, INPUTS)
         if self.output not in ("torque", "angle"):
             raise ValueError(f"output must be one of torque, angle, got {self.output!r}")
         positive(self, "torque_limit")
@@ -131,10 +125,7 @@ class LinearReactive:
         A link is a network's view of one input, at the start of a trial and later. Its own angle,
         own rate and bias must stay, and what is no link: blend time and gains.
         """
-        numbers = np.full((len(NETWORKS), len(INPUTS)), -1, np.int32)
-        free = self._links() & ~local_links()
-        numbers[free] = np.arange(np.count_nonzero(free))
-        links = jnp.asarray(numbers)
+        links = jnp.asarray(tables.numbered(self._links() & ~local_links()))
         gains = jnp.full((len(NETWORKS), 2), -1, jnp.int32) if self.output == "angle" else None
         return Weights(links, links, jnp.asarray(-1, jnp.int32), gains)
 
@@ -154,7 +145,7 @@ class LinearReactive:
         self, weights: Weights, memory: Memory, observation: Observation
     ) -> tuple[Memory, Action]:
         """Returns the new memory and the six joints' action."""
-        left_stance = stance_leg(observation, memory.left_stance)
+        left_stance = stance_leg(observation.contact, observation.ankle_x, memory.left_stance)
         senses = sense(observation, left_stance)
         outputs = self._blended(weights, observation.time) @ scaled_inputs(senses)
         if self.output == "torque":
@@ -164,14 +155,17 @@ class LinearReactive:
         by_side = Action(*(_by_side(joints, left_stance) for joints in by_role))
         return Memory(left_stance), by_side
 
+    def weight_table(self, genotype: Weights) -> list[tuple[str, str, str, float]]:
+        """Returns a genotype as rows of weight set, network, input and value; links only."""
+        sets = [("initiation", genotype.initiation), ("walking", genotype.walking)]
+        return [
+            row
+            for name, weights in sets
+            for row in tables.rows(name, np.asarray(weights), self._links(), NETWORKS, INPUTS)
+        ]
+
     def _links(self) -> Bool[np.ndarray, "6 16"]:
-        links = local_links()
-        if self.links == "all":
-            return np.ones_like(links)
-        if isinstance(self.links, Mapping):
-            for network, inputs in self.links.items():
-                links[NETWORKS.index(network), [INPUTS.index(name) for name in inputs]] = True
-        return links
+        return tables.mask(self.links, NETWORKS, INPUTS)
 
     def _blended(self, weights: Weights, time: Float[Array, ""]) -> Float[Array, "6 16"]:
         """Returns the weights at a time: they move linearly from initiation to walking."""
@@ -220,30 +214,19 @@ class LinearReactive:
 
 def local_links() -> Bool[np.ndarray, "6 16"]:
     """Returns the links of LPD: each network's own angle, own rate and bias, [network, input]."""
-    links = np.zeros((len(NETWORKS), len(INPUTS)), bool)
-    for row, network in enumerate(NETWORKS):
-        for name in (network, f"{network} rate", "bias"):
-            links[row, INPUTS.index(name)] = True
-    return links
+    return tables.mask("local", NETWORKS, INPUTS)
 
 
-def _check_table(table: Mapping[str, tuple[str, ...]]) -> None:
-    for network, inputs in table.items():
-        if network not in NETWORKS:
-            raise ValueError(f"links has no network {network!r}{near(network, NETWORKS)}")
-        for name in inputs:
-            if name not in INPUTS:
-                raise ValueError(f"links of {network} has no input {name!r}{near(name, INPUTS)}")
-
-
-def stance_leg(observation: Observation, before: Bool[Array, ""]) -> Bool[Array, ""]:
+def stance_leg(
+    contact: Bool[Array, "2"], ankle_x: Float[Array, "2"], before: Bool[Array, ""]
+) -> Bool[Array, ""]:
     """Returns whether the left leg is the stance leg (section 2.4).
 
     The leg on the ground is; of two, the trailing one, which so keeps its push-off; in flight, the
     one that was.
     """
-    left, right = observation.contact[0], observation.contact[1]
-    trailing = observation.ankle_x[0] < observation.ankle_x[1]
+    left, right = contact[0], contact[1]
+    trailing = ankle_x[0] < ankle_x[1]
     return jnp.where(left & right, trailing, jnp.where(left | right, left, before))
 
 

@@ -32,6 +32,11 @@ _SIL = "goes on from fil and prunes its links"
 _EXPERIMENTS = {
     "planar-lpd": _Entry("solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),
     "planar-fil": _Entry("solomon", "PLANAR_FIL", "planar walker, all links, slightly rough"),
+    "solomon-3d": _Entry("solomon_3d", "SOLOMON_3D", "spatial walker, slightly rough ground"),
+    "rayleigh": _Entry("rayleigh", "RAYLEIGH", "four Rayleigh oscillators fitted to human walking"),
+    "rayleigh-harmonic": _Entry(
+        "rayleigh", "RAYLEIGH_HARMONIC", "an oscillator for each harmonic of each leg, likewise"
+    ),
 }
 _STUDIES = {
     "solomon-2d": _Entry(

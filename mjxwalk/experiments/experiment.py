@@ -9,15 +9,15 @@ import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk import strategies
-from mjxwalk.controllers import LinearReactive, Weights
-from mjxwalk.controllers.linear_reactive import INPUTS, NETWORKS
-from mjxwalk.envs import Planar7, Terrain
+from mjxwalk.controllers import LinearReactive, SpatialReactive
+from mjxwalk.envs import Flame, Planar7, Terrain
 from mjxwalk.envs.checks import positive
 from mjxwalk.evolution.goal import Goal
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.ramp import RoughnessRamp
 from mjxwalk.rollout import Outcome, rollout
-from mjxwalk.runs import unflatten
+from mjxwalk.runs import RunError, unflatten
+from mjxwalk.settings import override
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -56,15 +56,15 @@ class Experiment:
         run's last population; "population" goes on with that population and the state that its
         strategy was in.
       ramp: ground whose roughness changes as walkers get better; None for the same in all.
-      arena: body, ground and rules by which tournaments and reports try its walkers, where those
-        differ from what they evolve in; None for `env`.
+      arena: settings of `env` by their paths that are others where tournaments and reports try its
+        walkers, such as {"terrain.roughness": 0.02}.
       pruning: removes links as the evolution goes on, and ends it when that has cost too much;
         None to keep them.
     """
 
     name: str
-    env: Planar7
-    controller: LinearReactive
+    env: Planar7 | Flame
+    controller: LinearReactive | SpatialReactive
     strategy: StrategyChoice
     population_size: int
     generations: int
@@ -75,7 +75,8 @@ class Experiment:
     restart_at: int | None = None
     start: Literal["zero", "winner", "mean", "population"] = "zero"
     ramp: RoughnessRamp | None = None
-    arena: Planar7 | None = None
+    # A table cannot be hashed; experiments that differ in it alone may share a hash.
+    arena: Mapping[str, float] = dataclasses.field(default_factory=dict[str, float], hash=False)
     pruning: Pruning | None = None
 
     def __post_init__(self) -> None:
@@ -87,13 +88,23 @@ class Experiment:
                 "restart_after must be null where links are pruned or start is population: a "
                 f"restart would lose what was evolved before, got {self.restart_after}"
             )
+        self._arena()
+
+    def _arena(self) -> Planar7 | Flame:
+        env = self.env
+        for path, value in self.arena.items():
+            try:
+                env = override(env, path, str(value))
+            except RunError as error:
+                raise ValueError(f"arena: {error}") from None
+        return env
 
     @property
     def weight(self) -> float:
         """Body weight, N."""
         return self.env.weight
 
-    def template(self) -> Weights:
+    def template(self) -> Any:
         """Returns the genotype that generation 0 is drawn around."""
         return self.controller.template()
 
@@ -160,7 +171,7 @@ class Experiment:
 
     def sample_terrains(
         self, key: PRNGKeyArray, num: int, roughness: float | None = None
-    ) -> Float[Array, "terrain node"]:
+    ) -> Float[Array, " terrain *node"]:
         """Returns terrains, heights in m; of the environment's own roughness if none is given."""
         terrain = self.env.terrain
         if roughness is not None:
@@ -169,27 +180,19 @@ class Experiment:
 
     def tried(self) -> "Experiment":
         """Returns the experiment as its walkers are tried, once they have evolved."""
-        if self.arena is None:
+        if not self.arena:
             return self
-        return dataclasses.replace(self, env=self.arena, arena=None, ramp=None)
+        return dataclasses.replace(self, env=self._arena(), arena={}, ramp=None)
 
     def finer(self, factor: int) -> "Experiment":
         """Returns the experiment with its time step divided by a factor."""
         env = dataclasses.replace(self.env, timestep=self.env.timestep / factor)
         return dataclasses.replace(self, env=env)
 
-    def rollout(self, genotype: Weights, terrain: Terrain) -> Outcome:
+    def rollout(self, genotype: Any, terrain: Terrain) -> Outcome:
         """Returns what one walker does on one terrain."""
         return rollout(self.env, self.controller, genotype, terrain)
 
-    def weight_table(self, genotype: Weights) -> list[tuple[str, str, str, float]]:
+    def weight_table(self, genotype: Any) -> list[tuple[str, str, str, float]]:
         """Returns a genotype as rows of weight set, network, input and value; links only."""
-        links = self.controller.mask()
-        rows: list[tuple[str, str, str, float]] = []
-        for weight_set in ("initiation", "walking"):
-            values, present = getattr(genotype, weight_set), getattr(links, weight_set)
-            for i, network in enumerate(NETWORKS):
-                for j, name in enumerate(INPUTS):
-                    if present[i, j]:
-                        rows.append((weight_set, network, name, float(values[i, j])))
-        return rows
+        return self.controller.weight_table(genotype)

@@ -87,15 +87,19 @@ RSIL_LINKS = {
 }
 
 
+LPD_ARENA = {"terrain.roughness": PAPER_ROUGHNESS, "torque_budget": LPD_BUDGET}
+
+
+def _ground(roughness: float, budget: float) -> Planar7:
+    terrain = RandomWalk(roughness=roughness, length=GROUND_LENGTH)
+    return Planar7(terrain=terrain, torque_budget=budget, max_time=MAX_TIME)
+
+
 def _literal_lpd(study: str) -> Experiment:
     """Returns the paper's LPD: from zero on its roughness."""
     return Experiment(
         name=f"{study}/lpd",
-        env=Planar7(
-            terrain=RandomWalk(roughness=PAPER_ROUGHNESS, length=GROUND_LENGTH),
-            torque_budget=LPD_BUDGET,
-            max_time=MAX_TIME,
-        ),
+        env=_ground(PAPER_ROUGHNESS, LPD_BUDGET),
         controller=LinearReactive(links="local"),
         strategy=StrategyChoice(
             name="self-adaptive-ga",
@@ -116,12 +120,6 @@ def _around(sigma: float) -> StrategyChoice:
     return StrategyChoice(name="self-adaptive-ga", options=options)
 
 
-def _on_overshoot(env: Planar7, *, budget: float) -> Planar7:
-    """Returns the environment with another budget, on ground rougher than the paper's."""
-    terrain = dataclasses.replace(env.terrain, roughness=OVERSHOOT)
-    return dataclasses.replace(env, terrain=terrain, torque_budget=budget)
-
-
 def _walk(study: str) -> Experiment:
     """Returns LPD's first part: from zero until one walks, on slightly rough ground."""
     return dataclasses.replace(PLANAR_LPD, name=f"{study}/walk")
@@ -133,7 +131,7 @@ def _rough(study: str) -> Experiment:
     return dataclasses.replace(
         lpd,
         name=f"{study}/rough",
-        env=_on_overshoot(lpd.env, budget=ROUGH_BUDGET),
+        env=_ground(OVERSHOOT, ROUGH_BUDGET),
         strategy=_around(sigma=0.05),  # section 2.7.3
         population_size=ROUGH_POPULATION,
         generations=ROUGH_GENERATIONS,
@@ -148,7 +146,7 @@ def _steady(study: str) -> Experiment:
     return dataclasses.replace(
         lpd,
         name=f"{study}/steady",
-        env=_on_overshoot(lpd.env, budget=LPD_EVOLVING_BUDGET),
+        env=_ground(OVERSHOOT, LPD_EVOLVING_BUDGET),
         strategy=_around(sigma=STEADY_SIGMA),
         generations=STEADY_GENERATIONS,
         terrains_per_evaluation=4,  # ours: with one, luck decides who is a parent
@@ -161,7 +159,7 @@ def _lpd(study: str) -> Experiment:
     return dataclasses.replace(
         _steady(study),
         name=f"{study}/lpd",
-        arena=_literal_lpd(study).env,
+        arena=LPD_ARENA,
         strategy=_around(sigma=LPD_SIGMA),
         generations=LPD_GENERATIONS,
     )
@@ -172,8 +170,8 @@ def _fil(name: str, lpd: Experiment, controller: LinearReactive) -> Experiment:
     return dataclasses.replace(
         lpd,
         name=name,
-        env=dataclasses.replace(lpd.tried().env, torque_budget=FIL_BUDGET),
-        arena=None,
+        env=_ground(PAPER_ROUGHNESS, FIL_BUDGET),
+        arena={},
         controller=controller,
         strategy=_around(sigma=0.005),  # section 2.7.3
         generations=3_000,  # section 2.7.3

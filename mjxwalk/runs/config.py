@@ -22,7 +22,7 @@ KEEP = 20
 ADDED: dict[str, Any] = {
     "start": "zero",
     "ramp": None,
-    "arena": None,
+    "arena": {},
     "pruning": None,
     "goal": {"fine_trials": 0, "fine_factor": 4},
     "env": {"min_speed": 0.0, "max_lag": 1e9},
@@ -179,9 +179,13 @@ def _with_added(data: dict[str, Any], added: dict[str, Any], defaults: Any) -> d
         if isinstance(value, dict):
             if isinstance(data.get(name), dict):
                 filled[name] = _with_added(data[name], value, getattr(defaults, name, None))
-        elif hasattr(defaults, name):
+        elif dataclasses.is_dataclass(defaults) and name in _field_names(defaults):
             filled.setdefault(name, value)
     return filled
+
+
+def _field_names(settings: Any) -> set[str]:
+    return {field.name for field in dataclasses.fields(settings)}
 
 
 def _from_file(file: _File, defaults: Any) -> Config:

@@ -9,7 +9,6 @@ from analysis.walking import FRAME, STANCE_FRAMES, STRIDE_FRAMES, stand, walk
 
 from mjxwalk.analysis.strides import debounced, find_strides, role_periods, stance_leg
 from mjxwalk.controllers import linear_reactive
-from mjxwalk.envs import Observation
 
 
 def test_strides_of_a_known_gait_have_its_numbers() -> None:
@@ -103,12 +102,7 @@ def test_stance_leg_is_the_controllers() -> None:
     before: Any = jnp.zeros((), bool)
     expected: list[bool] = []
     for touches, ankles in zip(contact, ankle_x, strict=True):
-        nothing: Any = jnp.zeros(())
-        joints: Any = jnp.zeros((2, 3))
-        seen = Observation(
-            nothing, nothing, nothing, joints, joints, jnp.asarray(touches), jnp.asarray(ankles)
-        )
-        before = linear_reactive.stance_leg(seen, before)
+        before = linear_reactive.stance_leg(jnp.asarray(touches), jnp.asarray(ankles), before)
         expected.append(bool(before))
     np.testing.assert_array_equal(stance_leg(contact, ankle_x), expected)
 

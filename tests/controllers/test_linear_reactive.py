@@ -98,7 +98,7 @@ def test_stance_is_the_leg_on_the_ground_or_the_trailing_one(
     contact: list[bool], ankle_x: list[float], before: bool, left_stands: bool
 ) -> None:
     seen = observation(contact=contact, ankle_x=ankle_x)
-    assert bool(stance_leg(seen, jnp.asarray(before))) is left_stands
+    assert bool(stance_leg(seen.contact, seen.ankle_x, jnp.asarray(before))) is left_stands
 
 
 def test_torso_output_is_the_net_torque_of_both_hips() -> None:

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from c_mujoco_flame import LEFT, TIE, Reference, mujoco
 
-from mjxwalk.envs import Flame, SerpentineWalk, Surface
+from mjxwalk.envs import Flame, SerpentineWalk, Terrain
 from mjxwalk.envs.flame import Action, State
 from mjxwalk.envs.flame_body import GRAVITY, LEG_LENGTH, MODEL_PATH
 
 LEVEL = SerpentineWalk(roughness=0.0, length=10.0, width=2.0)
 IMPLICIT = Flame(
-    surface=LEVEL, min_hip_height=0.01, max_flight_time=9.0, max_pitch=1.5, max_roll=3.0
+    terrain=LEVEL, min_hip_height=0.01, max_flight_time=9.0, max_pitch=1.5, max_roll=3.0
 )
 EXPLICIT = dataclasses.replace(IMPLICIT, integrator="explicit", timestep=0.00002)
 LIMP = dataclasses.replace(EXPLICIT, ankle_roll_stiffness=0.0, ankle_roll_damping=0.0)
-FLAT = Surface(jnp.zeros((1, 100, 20)), jnp.zeros((), jnp.int32))
+FLAT = Terrain(jnp.zeros((1, 100, 20)), jnp.zeros((), jnp.int32))
 KEY = np.random.default_rng(5)
 IN_THE_AIR = np.array(
     [0.3, -0.2, 3.0, 0.4, 0.2, -0.3, 0.08, 0.4, 0.5, -0.2, 0.1, -0.3, 0.7, 0.1, -0.2]
@@ -200,7 +200,7 @@ def test_the_ankles_roll_back_by_themselves() -> None:
 
 
 def test_walker_starts_on_its_right_foot_that_stands_still() -> None:
-    env = Flame(surface=LEVEL)
+    env = Flame(terrain=LEVEL)
     state = walker(env)
     data = mujoco.MjData(env.model.mujoco)
     data.qpos[:], data.qvel[:] = TIE @ state.qpos, TIE @ state.qvel
@@ -231,7 +231,7 @@ def test_settings_agree_with_the_model_file() -> None:
 
 
 def test_every_rule_of_a_trial_ends_it() -> None:
-    env = Flame(surface=LEVEL)
+    env = Flame(terrain=LEVEL)
     standing = walker(env, STANDING)
     assert not run(env, standing, actions(1)).done
     falls = [standing._replace(qpos=standing.qpos.at[2].set(0.554))]

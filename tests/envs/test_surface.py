@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjxwalk.envs import SerpentineWalk, Surface
+from mjxwalk.envs import SerpentineWalk, Terrain
 from mjxwalk.envs.flame_body import LEG_LENGTH
 from mjxwalk.envs.surface import serpentine
 
@@ -20,11 +20,11 @@ def sample(walk: SerpentineWalk, seed: int, num: int) -> np.ndarray:
     return np.asarray(jax.jit(walk.sample, static_argnums=1)(jax.random.key(seed), num))
 
 
-def surface(heights: np.ndarray, row: int = 0) -> Surface:
-    return Surface(jnp.asarray(heights), jnp.asarray(row, jnp.int32))
+def surface(heights: np.ndarray, row: int = 0) -> Terrain:
+    return Terrain(jnp.asarray(heights), jnp.asarray(row, jnp.int32))
 
 
-def height(walk: SerpentineWalk, ground: Surface, x: float, y: float) -> float:
+def height(walk: SerpentineWalk, ground: Terrain, x: float, y: float) -> float:
     return float(walk.height(ground, jnp.asarray(x), jnp.asarray(y)))
 
 
