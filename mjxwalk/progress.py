@@ -6,6 +6,7 @@ from collections import deque
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Config, Metrics, Result
 
 LINE_INTERVAL = 1.0  # s between plain lines: generations may take milliseconds
@@ -53,11 +54,13 @@ class PlainProgress:
         self._clock = Clock(0)
         self._shown_at = -LINE_INTERVAL
         self._total = 0
+        self._experiment: Any = None
 
     def start(self, path: Path, config: Config, evaluator: Any) -> None:
         """Prints the experiment and the engine."""
         self._total = config.experiment.generations
         self._clock = Clock(self._total)
+        self._experiment = config.experiment
         for line in opening(path, config, evaluator):
             self.say(line)
 
@@ -70,7 +73,7 @@ class PlainProgress:
         if now - self._shown_at < LINE_INTERVAL and line.generation != self._total:
             return
         self._shown_at = now
-        pieces = [f"{name} {value}" for name, value in figures(line)]
+        pieces = [f"{name} {value}" for name, value in figures(line, self._experiment)]
         left = f"{duration(self._clock.left_s)} left"
         self.say(f"generation {line.generation}/{self._total}: {', '.join(pieces)}, {left}")
 
@@ -113,6 +116,11 @@ class Clock:
 def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
     """Returns what is said before the first generation."""
     experiment = config.experiment
+    engine = f"engine {evaluator.engine} ({evaluator.why}) on {evaluator.devices}"
+    what = f"evolving {experiment.name}, seed {config.seed}"
+    size = f"at most {experiment.generations} generations of {experiment.population_size}"
+    if isinstance(experiment, Fitting):
+        return [f"{what}: {experiment.describe()}, {size}, in {path}", engine]
     trials = "trial" if experiment.terrains_per_evaluation == 1 else "trials"
     how_long = f"{experiment.generations} generations"
     if experiment.goal.trials:
@@ -120,19 +128,25 @@ def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
     elif experiment.pruning is not None:
         how_long = f"until pruning costs too much, at most {how_long}"
     lines = [
-        f"evolving {experiment.name}, seed {config.seed}: {how_long} of "
+        f"{what}: {how_long} of "
         f"{experiment.population_size} walkers, {experiment.terrains_per_evaluation} {trials} "
         f"each, in {path}",
     ]
     if config.origin is not None:
         source, generation = config.origin.source, config.origin.generation
         lines.append(f"starting from the {experiment.start} of {source}, generation {generation}")
-    lines.append(f"engine {evaluator.engine} ({evaluator.why}) on {evaluator.devices}")
-    return lines
+    return [*lines, engine]
 
 
-def figures(line: Metrics) -> list[tuple[str, str]]:
-    """Returns a generation's figures by name, ready to show."""
+def figures(line: Metrics, experiment: Any = None) -> list[tuple[str, str]]:
+    """Returns a generation's figures by name, ready to show; of walkers if nothing else is said."""
+    if isinstance(experiment, Fitting):
+        fitness = (line.best_fitness, line.mean_fitness, line.median_fitness)
+        errors = "/".join(_number(None if each is None else -each) for each in fitness)
+        return [
+            ("error best/mean/median", f"{errors} {experiment.unit}"),
+            ("steps/s", count(line.steps_per_s)),
+        ]
     distances = (line.best_distance_m, line.mean_distance_m, line.median_distance_m)
     return [
         ("distance best/mean/median", "/".join(_number(d) for d in distances) + " m"),
@@ -146,9 +160,21 @@ def figures(line: Metrics) -> list[tuple[str, str]]:
 def closing(path: Path, config: Config, result: Result) -> list[str]:
     """Returns what was evolved, where it is, and what to type next."""
     champion = result.champion
-    return [
+    evolved = (
         f"evolved {config.experiment.name}, seed {config.seed}: {result.generations} generations, "
-        f"{count(result.physics_steps)} physics steps in {duration(result.wall_s)}",
+        f"{count(result.physics_steps)} physics steps in {duration(result.wall_s)}"
+    )
+    if isinstance(config.experiment, Fitting):
+        found = ", ".join(f"{name} {value:.2f}" for name, value in champion.figures.items())
+        return [
+            evolved.replace("physics steps", "steps"),
+            f"champion of generation {champion.generation}, errors in {config.experiment.unit}: "
+            f"{found}",
+            f"in {path}",
+            f"next: mjxwalk report {path}",
+        ]
+    return [
+        evolved,
         f"champion of generation {champion.generation}: {champion.distance_m:.2f} m, "
         f"{_number(champion.speed_m_s)} m/s, cost of transport "
         f"{_number(champion.cost_of_transport)}, falls in {champion.fall_rate:.0%} of "

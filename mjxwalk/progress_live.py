@@ -21,12 +21,14 @@ class LiveProgress:
         self._live: Live | None = None
         self._clock = Clock(0)
         self._total = 0
+        self._experiment: Any = None
         self._compile_s = 0.0
 
     def start(self, path: Path, config: Config, evaluator: Any) -> None:
         """Opens the display."""
         self._total = config.experiment.generations
         self._clock = Clock(self._total)
+        self._experiment = config.experiment
         first, *rest = opening(path, config, evaluator)
         self._console.print(first, style="bold", markup=False)
         for line in rest:
@@ -67,6 +69,6 @@ class LiveProgress:
             left,
         )
         table = Table.grid(padding=(0, 2))
-        for name, value in figures(line):
+        for name, value in figures(line, self._experiment):
             table.add_row(Text(name, style="dim"), value)
         return Group(bar, table)

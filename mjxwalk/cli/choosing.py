@@ -11,6 +11,7 @@ from mjxwalk import experiments
 from mjxwalk.errors import RunError, near
 from mjxwalk.evolution import starting
 from mjxwalk.experiments.scaling import scaled
+from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Config, files
 from mjxwalk.runs.start import Start
 from mjxwalk.runs.study import StudyConfig
@@ -49,7 +50,7 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
             seed=asked.seed,
             engine=asked.engine,
             keep=asked.keep,
-            save_every=asked.save_every,
+            save_every=asked.save_every or _save_every(experiment),
         )
     except (ValueError, TypeError) as error:
         raise RunError(str(error)) from None
@@ -90,11 +91,15 @@ def choose_study(asked: "Evolve") -> StudyConfig:
             seed=asked.seed,
             engine=asked.engine,
             keep=asked.keep,
-            save_every=asked.save_every,
+            save_every=asked.save_every or 1,
             scale=asked.scale,
         )
     except (ValueError, TypeError) as error:
         raise RunError(str(error)) from None
+
+
+def _save_every(experiment: Any) -> int:
+    return experiment.save_every if isinstance(experiment, Fitting) else 1
 
 
 def _with_flags(asked: "Evolve", experiment: Any) -> Any:
@@ -102,7 +107,7 @@ def _with_flags(asked: "Evolve", experiment: Any) -> Any:
         value = getattr(asked, flag)
         if value is not None:
             experiment = override(experiment, path, str(value))
-    if asked.generations is not None:
+    if asked.generations is not None and experiment.goal.trials:
         experiment = override(experiment, "goal.trials", "0")
     return experiment
 

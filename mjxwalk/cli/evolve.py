@@ -37,8 +37,8 @@ class Evolve:
       engine: what runs the trials; auto takes the fastest on this machine.
       out: folder of the run, new or empty.
       keep: newest checkpoints that stay on disk, or all.
-      save_every: generations from one checkpoint to the next; a run resumes to the same bits
-        whatever this is.
+      save_every: generations from one checkpoint to the next, 1 or what the experiment asks for; a
+        run resumes to the same bits whatever this is.
       set: any other setting, such as strategy.sigma=0.1; of a study behind the phase's name, such
         as fil.strategy.sigma=0.1.
     """
@@ -57,7 +57,7 @@ class Evolve:
     engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
     out: OutPath = None
     keep: CountOrAll = 20
-    save_every: int = 1
+    save_every: OptionalInt = None
     set: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="PATH=VALUE")
     ] = ()

@@ -70,6 +70,8 @@ def _describe(path: Path) -> tuple[str, ...] | None:
     if finished is not None:
         champion = finished.champion
         best = f"champion {champion.distance_m:.2f} m, falls {champion.fall_rate:.0%}"
+        if champion.figures:
+            best = ", ".join(f"{name} {value:.2f}" for name, value in champion.figures.items())
         return (path.name, "finished", progress, best)
     state = "running" if folder.is_locked(path) else "stopped"
     distances = [line.best_distance_m for line in lines if line.best_distance_m is not None]

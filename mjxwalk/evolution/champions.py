@@ -14,6 +14,7 @@ from jaxtyping import PRNGKeyArray
 from mjxwalk.evolution.generation import Elites, Evolvable, RunState
 from mjxwalk.evolution.goal import Trying, take
 from mjxwalk.evolution.measuring import cost_of_transport, over_terrains, speed
+from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Champion
 
 NUM_SCREENING = 10  # ours: terrains that all elites are compared on
@@ -31,6 +32,8 @@ class Choice(NamedTuple):
 
 def choose(experiment: Evolvable, evaluator: Trying, state: RunState, key: PRNGKeyArray) -> Choice:
     """Returns the walker that reached the goal, or else the best elite, with its figures."""
+    if isinstance(experiment, Fitting):
+        return _fitted(experiment, state.elites)
     key_choosing, key_reporting = jax.random.split(key)
     if state.reached:
         genotype, generation = state.elite, int(state.generation)
@@ -50,6 +53,25 @@ def choose(experiment: Evolvable, evaluator: Trying, state: RunState, key: PRNGK
             speed_m_s=speed(trials.distance, trials.duration),
             cost_of_transport=cost_of_transport(trials.work, trials.distance, experiment.weight),
             terrains=NUM_REPORTING,
+        ),
+    )
+
+
+def _fitted(experiment: Fitting, elites: Elites) -> Choice:
+    """Returns the fittest elite: without chance in an evaluation, that is all there is to know."""
+    fitness = np.where(np.isfinite(elites.fitness), elites.fitness, -np.inf)
+    place = int(np.argmax(fitness))
+    genotype = jax.tree.map(lambda leaf: leaf[place], elites.genotypes)
+    return Choice(
+        genotype=genotype,
+        champion=Champion(
+            generation=int(elites.generation[place]),
+            distance_m=0.0,
+            fall_rate=0.0,
+            speed_m_s=None,
+            cost_of_transport=None,
+            terrains=0,
+            figures=experiment.judge(genotype),
         ),
     )
 

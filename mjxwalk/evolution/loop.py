@@ -14,6 +14,7 @@ from mjxwalk.evolution import champions
 from mjxwalk.evolution.ahead import Ahead
 from mjxwalk.evolution.generation import Evaluator, Evolution, RunState, outer_keys
 from mjxwalk.evolution.goal import Trying
+from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Config, Interrupted, Metrics, Result, RunError, folder, metrics, result
 from mjxwalk.runs import start as starts
 from mjxwalk.runs.checkpoints import Checkpoints, restore_newest
@@ -87,7 +88,8 @@ def evolve(
                     finer.start()
                     finer.check()
             checkpoints.wait()
-            reporter.say("choosing the champion on new terrains")
+            if not isinstance(config.experiment, Fitting):
+                reporter.say("choosing the champion on new terrains")
             return _finish(path, config, evaluator, state)
         except KeyboardInterrupt:
             if int(state.generation) > 0:

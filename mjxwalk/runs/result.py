@@ -26,7 +26,8 @@ class Champion(msgspec.Struct, frozen=True, kw_only=True):
       fall_rate: share of the trials that ended by a fall.
       speed_m_s: distance over duration of all trials; None if it had no duration.
       cost_of_transport: work over weight times distance; None if it did not get anywhere.
-      terrains: number of them.
+      terrains: number of them; 0 of what was fitted and walks nowhere.
+      figures: of what was fitted, by name.
     """
 
     generation: int
@@ -35,6 +36,7 @@ class Champion(msgspec.Struct, frozen=True, kw_only=True):
     speed_m_s: float | None
     cost_of_transport: float | None
     terrains: int
+    figures: dict[str, float] = {}
 
 
 class Result(msgspec.Struct, frozen=True, kw_only=True):

@@ -1,0 +1,99 @@
+"""How well oscillators draw a human's angles: root mean squares over the gait cycle, in degrees.
+
+At first: over the cycles that an experiment is fitted to, from its start on and by the human's
+clock. Settled: over one cycle of the oscillators' own, long after the start, shifted in time as a
+whole to where it fits best; a limit cycle has no other phase.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from mjxwalk.controllers.rayleigh import JOINTS, LEFT_HIP
+from mjxwalk.gaits import NUM_POINTS
+
+SETTLED_CYCLES = 100  # ours: the thesis' hips take some 20 to a tenth of what they were off
+
+
+class Fit(NamedTuple):
+    """What oscillators draw, beside what they should.
+
+    Attributes:
+      human: degrees, left hip, right hip, left knee, right knee; of one cycle.
+      angle: of the oscillators at every percent of the human's cycle from the start on, degrees.
+      rate: degrees/s.
+      cycle: one of their own cycles once they have settled, NaN where they have none.
+      period: of it, over that of the human.
+      rms: of angles, at first, degrees.
+      settled_rms: of the cycle, degrees.
+    """
+
+    human: Float[np.ndarray, "100 4"]
+    angle: Float[np.ndarray, "time 4"]
+    rate: Float[np.ndarray, "time 4"]
+    cycle: Float[np.ndarray, "100 4"]
+    period: float
+    rms: Float[np.ndarray, "4"]
+    settled_rms: Float[np.ndarray, "4"]
+
+    def by_joint(self) -> dict[str, float]:
+        """Returns the root mean square of each joint at first, degrees."""
+        return dict(zip(JOINTS, map(float, self.rms), strict=True))
+
+
+def measure(experiment: Any, genotype: Any, *, start: Any = None) -> Fit:
+    """Returns how well a genotype of a `RayleighFit` does.
+
+    Args:
+      experiment: its gait and its cycles.
+      genotype: to measure.
+      start: state to begin in; None for the experiment's own.
+    """
+    human = experiment.target().four_joints
+    first = experiment.settling_cycles * NUM_POINTS
+    num = experiment.settling_cycles + experiment.cycles
+    motion = experiment.simulate(genotype, num + SETTLED_CYCLES, start)
+    angle, rate = (np.asarray(part, np.float64) for part in motion)
+    fitted = slice(first, num * NUM_POINTS)
+    cycle, period = last_cycle(angle)
+    cycle = _shifted(cycle, human)
+    off = angle[fitted] - np.tile(human, (experiment.cycles, 1))
+    return Fit(
+        human=human,
+        angle=angle[fitted],
+        rate=rate[fitted],
+        cycle=cycle,
+        period=period,
+        rms=_rms(off),
+        settled_rms=_rms(cycle - human),
+    )
+
+
+def last_cycle(angle: Float[np.ndarray, "time 4"]) -> tuple[Float[np.ndarray, "100 4"], float]:
+    """Returns the last whole cycle at 100 points, and its period over 100 samples.
+
+    A cycle is from one rise of the left hip through its mean to the next; NaN where there is none.
+    """
+    hip = angle[:, LEFT_HIP] - angle[-3 * NUM_POINTS :, LEFT_HIP].mean()
+    before = np.flatnonzero((hip[:-1] < 0) & (hip[1:] >= 0))
+    if before.size < 2:
+        return np.full((NUM_POINTS, 4), np.nan), float("nan")
+    rises = before + hip[before] / (hip[before] - hip[before + 1])
+    places = np.linspace(rises[-2], rises[-1], NUM_POINTS + 1)[:-1]
+    samples = np.arange(len(angle))
+    cycle = np.stack([np.interp(places, samples, joint) for joint in angle.T], axis=1)
+    return cycle, float(rises[-1] - rises[-2]) / NUM_POINTS
+
+
+def _shifted(
+    cycle: Float[np.ndarray, "100 4"], human: Float[np.ndarray, "100 4"]
+) -> Float[np.ndarray, "100 4"]:
+    """Returns a cycle rolled in time to where it fits best."""
+    rolled = [np.roll(cycle, shift, axis=0) for shift in range(NUM_POINTS)]
+    errors = [np.sum((each - human) ** 2) for each in rolled]
+    return rolled[int(np.argmin(errors))]
+
+
+def _rms(off: Float[np.ndarray, "time 4"]) -> Float[np.ndarray, "4"]:
+    return np.sqrt(np.mean(off**2, axis=0))
