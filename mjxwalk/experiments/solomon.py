@@ -70,6 +70,7 @@ LPD_GENERATIONS = 150  # ours: with the others about the paper's 500
 LPD_SIGMA = 0.01  # ours: so that the elites come near to the mean, which falls least
 # ours: rougher ground is earned, since from zero nothing learns to walk on the paper's.
 RAMP = RoughnessRamp(start=SLIGHT_ROUGHNESS, factor=1.03, distance=20.0)
+TERRAINS = 4  # a walker's in a generation; ours: with one, luck decides who is a parent
 MOST_PRUNING = 3_000  # generations; ours: the paper's took at most 854 and 200 to settle
 # ours: as many as in the paper, which of them is lost; chosen by what senses seem to tell.
 RSIL_LINKS = {
@@ -149,7 +150,7 @@ def _steady(study: str) -> Experiment:
         env=_ground(OVERSHOOT, LPD_EVOLVING_BUDGET),
         strategy=_around(sigma=STEADY_SIGMA),
         generations=STEADY_GENERATIONS,
-        terrains_per_evaluation=4,  # ours: with one, luck decides who is a parent
+        terrains_per_evaluation=TERRAINS,
         start="mean",
     )
 
@@ -175,7 +176,7 @@ def _fil(name: str, lpd: Experiment, controller: LinearReactive) -> Experiment:
         controller=controller,
         strategy=_around(sigma=0.005),  # section 2.7.3
         generations=3_000,  # section 2.7.3
-        terrains_per_evaluation=1,  # ours: the paper's number is lost
+        terrains_per_evaluation=TERRAINS,
         start="winner",
     )
 
