@@ -25,7 +25,7 @@ from jaxtyping import Array, Float
 
 from mjxwalk import gaits
 from mjxwalk.controllers import rayleigh
-from mjxwalk.controllers.rayleigh import Genes, Motion, Network
+from mjxwalk.controllers.rayleigh import Genes, Motion, Network, Scalar
 from mjxwalk.gaits import Gait
 
 RIGHT = np.array([0.0, np.pi, 0.0, np.pi])  # phase of the right joints behind the left, rad
@@ -47,7 +47,7 @@ class PatternGenerator(Protocol):
         """Returns the network's parameters, and its state at the left heel's strike."""
         ...
 
-    def step(self, network: Any, state: Any, timestep: float, /) -> Any:
+    def step(self, network: Any, state: Any, timestep: Scalar, /) -> Any:
         """Returns the state a time step (s) later."""
         ...
 
@@ -109,7 +109,7 @@ class FourJoints:
         )
         return network, rayleigh.on_cycle(network, amplitude, phase)
 
-    def step(self, network: Network, state: Motion, timestep: float) -> Motion:
+    def step(self, network: Network, state: Motion, timestep: Scalar) -> Motion:
         """Returns the state a time step (s) later."""
         return rayleigh.step(network, state, timestep)
 
@@ -205,7 +205,7 @@ class HarmonicLegs:
         angle = jnp.stack([jnp.ones(self.num_harmonics), right])
         return HarmonicNetwork(genotype, mu, p), Motion(angle, jnp.zeros_like(angle))
 
-    def step(self, network: HarmonicNetwork, state: Motion, timestep: float) -> Motion:
+    def step(self, network: HarmonicNetwork, state: Motion, timestep: Scalar) -> Motion:
         """Returns the state, [leg, harmonic] and without unit, a time step (s) later."""
         return rayleigh.runge_kutta(lambda at: _change(network, at), state, timestep)
 

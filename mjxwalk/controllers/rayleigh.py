@@ -183,7 +183,7 @@ def step(network: Network, motion: Motion, timestep: Scalar) -> Motion:
     return runge_kutta(lambda at: change(network, at), motion, timestep)
 
 
-def simulate(network: Network, start: Motion, *, timestep: float, num_steps: int) -> Motion:
+def simulate(network: Network, start: Motion, *, timestep: Scalar, num_steps: int) -> Motion:
     """Returns the motion at every step, the start first: [num_steps + 1, oscillator]."""
 
     def one(motion: Motion, _: None) -> tuple[Motion, Motion]:

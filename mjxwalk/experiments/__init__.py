@@ -37,6 +37,9 @@ _EXPERIMENTS = {
     "rayleigh-harmonic": _Entry(
         "rayleigh", "RAYLEIGH_HARMONIC", "an oscillator for each harmonic of each leg, likewise"
     ),
+    "rayleigh-walk": _Entry(
+        "rayleigh_walk", "RAYLEIGH_WALK", "planar walker driven by the fitted oscillators, flat"
+    ),
 }
 _STUDIES = {
     "solomon-2d": _Entry(

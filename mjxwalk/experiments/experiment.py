@@ -10,6 +10,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk import strategies
 from mjxwalk.controllers import LinearReactive, SpatialReactive
+from mjxwalk.controllers.rayleigh_walker import RayleighWalker
 from mjxwalk.envs import Flame, Planar7, Terrain
 from mjxwalk.envs.checks import positive
 from mjxwalk.evolution.goal import Goal
@@ -64,7 +65,7 @@ class Experiment:
 
     name: str
     env: Planar7 | Flame
-    controller: LinearReactive | SpatialReactive
+    controller: LinearReactive | SpatialReactive | RayleighWalker
     strategy: StrategyChoice
     population_size: int
     generations: int

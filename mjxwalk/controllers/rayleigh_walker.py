@@ -1,0 +1,194 @@
+"""Fitted Rayleigh oscillators that drive the planar walker's joints.
+
+Ours: the thesis of `rayleigh` ends with curves. The oscillators of `patterns.HarmonicLegs`, fitted
+to how adults walk, run on their own clock; hips and knees follow them by stiffness and damping, and
+so do ankles, which the fit does not know, by weights that evolve from zero. One sense is added, as
+nothing else keeps a trunk upright: the stance hip pushes against the trunk's lean and its rate.
+"""
+
+import dataclasses
+import functools
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import msgspec
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from mjxwalk import gaits
+from mjxwalk.controllers.linear_reactive import stance_leg
+from mjxwalk.controllers.patterns import HarmonicGenes, HarmonicLegs, HarmonicNetwork
+from mjxwalk.controllers.rayleigh import Motion
+from mjxwalk.envs import Action, Observation
+from mjxwalk.envs.checks import not_negative, positive
+
+# Of `mjxwalk evolve rayleigh-harmonic --seed 1`: its champion, and where that is after 100 cycles.
+FITTED_PATH = Path(__file__).with_name("fitted_harmonics.json")
+STIFFNESS = np.array([400.0, 300.0, 200.0], np.float32)  # N m/rad, hip, knee, ankle; ours
+DAMPING = np.array([20.0, 15.0, 10.0], np.float32)  # N m s/rad; ours
+POSTURE = np.array([400.0, 40.0], np.float32)  # N m/rad, N m s/rad at the stance hip; ours
+RISE_TIME = 0.3  # s from standing to the full pattern; ours, its gene scales it
+
+
+class Gains(NamedTuple):
+    """A genotype; zero stands for the fitted pattern and the nominal gains.
+
+    Attributes:
+      tempo: logarithm of the factor on the oscillators' speed.
+      rise: logarithm of the factor on `RISE_TIME`.
+      amplitude: logarithms of the factors on the swing of hip and knee.
+      offset: of the targets of hip, knee and ankle, rad.
+      ankle: weights of each harmonic's angle and scaled rate in the ankle's target, rad.
+      stiffness: logarithms of the factors on that of hip, knee and ankle.
+      damping: likewise.
+      posture: logarithms of the factors on the stance hip's answer to lean and its rate.
+    """
+
+    tempo: Float[Array, ""]
+    rise: Float[Array, ""]
+    amplitude: Float[Array, "2"]
+    offset: Float[Array, "3"]
+    ankle: Float[Array, "2 harmonic"]
+    stiffness: Float[Array, "3"]
+    damping: Float[Array, "3"]
+    posture: Float[Array, "2"]
+
+
+class Clock(NamedTuple):
+    """Memory: where the oscillators are, [leg, harmonic], and which leg was the stance leg last."""
+
+    oscillators: Motion
+    left_stance: Bool[Array, ""]
+
+
+class Fitted(msgspec.Struct, frozen=True):
+    """Oscillators as they were fitted.
+
+    Attributes:
+      command: that fitted them.
+      genes: fields of `HarmonicGenes`.
+      angle: settled, at the left heel's strike.
+      rate: likewise, 1/s.
+    """
+
+    command: str
+    genes: dict[str, Any]
+    angle: list[list[float]]
+    rate: list[list[float]]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class RayleighWalker:
+    """Oscillators of human walking as a controller of `Planar7`.
+
+    Attributes:
+      timestep: of the oscillators, s; that of the environment.
+      posture: factor on the stance hip's answer to the trunk's lean; 0 leaves no sense at all.
+      torque_limit: the posture's torque is cut there, N m.
+    """
+
+    timestep: float = 0.001
+    posture: float = 1.0
+    torque_limit: float = 300.0  # as the linear controller's
+
+    def __post_init__(self) -> None:
+        positive(self, "timestep", "torque_limit")
+        not_negative(self, "posture")
+
+    def template(self) -> Gains:
+        """Returns zeros."""
+        harmonics = len(fitted().angle[0])
+        zero = jnp.zeros(())
+        three = jnp.zeros(3)
+        return Gains(
+            tempo=zero,
+            rise=zero,
+            amplitude=jnp.zeros(2),
+            offset=three,
+            ankle=jnp.zeros((2, harmonics)),
+            stiffness=three,
+            damping=three,
+            posture=jnp.zeros(2),
+        )
+
+    def mask(self) -> Gains:
+        """Returns that every number is there."""
+        return jax.tree.map(lambda leaf: jnp.ones(leaf.shape, bool), self.template())
+
+    def prunable(self) -> Gains:
+        """Returns -1 everywhere: none may go."""
+        return jax.tree.map(lambda leaf: jnp.full(leaf.shape, -1), self.template())
+
+    def networks(self) -> Gains:
+        """Returns the number of the mutation rate of each gene: all have one."""
+        return jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, int), self.template())
+
+    def init(self, genotype: Gains) -> Clock:
+        """Returns the oscillators at the left heel's strike."""
+        del genotype
+        start = fitted()
+        return Clock(Motion(jnp.array(start.angle), jnp.array(start.rate)), jnp.ones((), bool))
+
+    def act(self, genotype: Gains, memory: Clock, observation: Observation) -> tuple[Clock, Action]:
+        """Returns the oscillators a step later, and what the joints are to do."""
+        legs, network = _oscillators()
+        left_stance = stance_leg(observation.contact, observation.ankle_x, memory.left_stance)
+        drawn = legs.read(network, memory.oscillators)
+        target = self._target(genotype, network, memory.oscillators, drawn)
+        rise = jnp.minimum(observation.time / (RISE_TIME * jnp.exp(genotype.rise)), 1.0)
+        action = Action(
+            torque=self._upright(genotype, observation, left_stance),
+            target=(rise * target).reshape(6),
+            stiffness=jnp.tile(STIFFNESS * jnp.exp(genotype.stiffness), 2),
+            damping=jnp.tile(DAMPING * jnp.exp(genotype.damping), 2),
+        )
+        # A clock that runs faster is the same motion in shorter steps of its own time.
+        own_step = self.timestep * jnp.exp(genotype.tempo)
+        return Clock(legs.step(network, memory.oscillators, own_step), left_stance), action
+
+    def weight_table(self, genotype: Gains) -> list[tuple[str, str, float]]:
+        """Returns a genotype as rows of gene, place and value."""
+        rows: list[tuple[str, str, float]] = []
+        for name, leaf in zip(Gains._fields, genotype, strict=True):
+            for place, value in np.ndenumerate(np.asarray(leaf)):
+                rows.append((name, " ".join(map(str, place)), float(value)))
+        return rows
+
+    def _target(
+        self, genotype: Gains, network: HarmonicNetwork, state: Motion, drawn: Motion
+    ) -> Float[Array, "2 3"]:
+        """Returns the targets of hip, knee and ankle of each leg, rad."""
+        angle = jnp.deg2rad(drawn.angle).reshape(2, 2).T  # [leg, hip and knee]
+        centre = jnp.deg2rad(network.genes.centre)
+        swung = centre + jnp.exp(genotype.amplitude) * (angle - centre)
+        cosine, sine = genotype.ankle
+        ankle = jnp.sum(cosine * state.angle + sine * state.rate / network.mu, axis=1)
+        return jnp.concatenate([swung, ankle[:, None]], axis=1) + genotype.offset
+
+    def _upright(
+        self, genotype: Gains, observation: Observation, left_stance: Bool[Array, ""]
+    ) -> Float[Array, "6"]:
+        """Returns the torque that rights the trunk, at the stance hip, N m."""
+        stiffness, damping = self.posture * POSTURE * jnp.exp(genotype.posture)
+        # A hip that extends pushes the trunk back: flexion is positive, as is leaning forward.
+        righting = -stiffness * observation.pitch - damping * observation.pitch_rate
+        torque = jnp.clip(righting, -self.torque_limit, self.torque_limit)
+        on_left = jnp.where(left_stance, torque, 0.0)
+        nothing = jnp.zeros(2)
+        return jnp.concatenate([on_left[None], nothing, (torque - on_left)[None], nothing])
+
+
+@functools.cache
+def fitted() -> Fitted:
+    """Returns the oscillators that ship with mjxwalk."""
+    return msgspec.json.decode(FITTED_PATH.read_bytes(), type=Fitted)
+
+
+def _oscillators() -> tuple[HarmonicLegs, HarmonicNetwork]:
+    start = fitted()
+    legs = HarmonicLegs(num_harmonics=len(start.angle[0]))
+    genes = HarmonicGenes(**{name: jnp.array(value) for name, value in start.genes.items()})
+    network, _ = legs.begin(genes, gaits.adults())
+    return legs, network
