@@ -73,6 +73,15 @@ _STUDIES = {
         "the paper's protocol to the letter: its roughness from the first generation",
         {"lpd": "local links, from zero", "fil": _FIL, "sil": _SIL},
     ),
+    "solomon-3d-rough": _Entry(
+        "solomon_3d",
+        "SOLOMON_3D_ROUGH",
+        "Solomon et al. (2013) in space: from slightly rough ground to ten times as rough",
+        {
+            "slight": "spatial walker, from zero, on slightly rough ground",
+            "rough": "around the winner of slight, the ground rougher each generation",
+        },
+    ),
 }
 
 
