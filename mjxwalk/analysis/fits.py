@@ -70,6 +70,50 @@ def measure(experiment: Any, genotype: Any, *, start: Any = None) -> Fit:
     )
 
 
+class Kicked(NamedTuple):
+    """A limit cycle that was left and found again.
+
+    Attributes:
+      cycle: before, degrees and degrees/s, [time, joint]; of two of the human's cycles.
+      cycle_rate: of the same.
+      angle: from the kick on, degrees.
+      rate: degrees/s.
+      distance: of each of the human's cycles after the kick to the cycle before: the farthest of
+        its points, as the largest difference of the four angles to the nearest point, degrees.
+    """
+
+    cycle: Float[np.ndarray, "200 4"]
+    cycle_rate: Float[np.ndarray, "200 4"]
+    angle: Float[np.ndarray, "time 4"]
+    rate: Float[np.ndarray, "time 4"]
+    distance: Float[np.ndarray, " cycle"]
+
+
+def kick(experiment: Any, genotype: Any, *, factor: float, cycles: int = 20) -> Kicked:
+    """Returns what settled oscillators do once some of their rates are multiplied.
+
+    Args:
+      experiment: a `RayleighFit`.
+      genotype: of it.
+      factor: on the rates of the left leg, or of the left hip where each joint has an oscillator.
+      cycles: of the human that are followed.
+    """
+    settled = experiment.settle(genotype, SETTLED_CYCLES)
+    kicked = settled._replace(rate=settled.rate.at[0].multiply(factor))
+    before, after = (
+        [np.asarray(part, np.float64) for part in experiment.simulate(genotype, num, state)]
+        for num, state in ((2, settled), (cycles, kicked))
+    )
+    near = [np.min(np.max(np.abs(before[0] - point), axis=1)) for point in after[0]]
+    return Kicked(
+        cycle=before[0],
+        cycle_rate=before[1],
+        angle=after[0],
+        rate=after[1],
+        distance=np.max(np.reshape(near, (cycles, NUM_POINTS)), axis=1),
+    )
+
+
 def last_cycle(angle: Float[np.ndarray, "time 4"]) -> tuple[Float[np.ndarray, "100 4"], float]:
     """Returns the last whole cycle at 100 points, and its period over 100 samples.
 

@@ -148,12 +148,12 @@ class RayleighWalker:
         own_step = self.timestep * jnp.exp(genotype.tempo)
         return Clock(legs.step(network, memory.oscillators, own_step), left_stance), action
 
-    def weight_table(self, genotype: Gains) -> list[tuple[str, str, float]]:
-        """Returns a genotype as rows of gene, place and value."""
-        rows: list[tuple[str, str, float]] = []
+    def weight_table(self, genotype: Gains) -> list[tuple[str, str, str, float]]:
+        """Returns a genotype as rows of kind, gene, place and value."""
+        rows: list[tuple[str, str, str, float]] = []
         for name, leaf in zip(Gains._fields, genotype, strict=True):
             for place, value in np.ndenumerate(np.asarray(leaf)):
-                rows.append((name, " ".join(map(str, place)), float(value)))
+                rows.append(("gains", name, " ".join(map(str, place)), float(value)))
         return rows
 
     def _target(

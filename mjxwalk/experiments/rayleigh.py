@@ -193,6 +193,18 @@ class RayleighFit:
         first = usual if start is None else start
         return jax.lax.scan(one, first, length=cycles * NUM_POINTS)[1]
 
+    def settle(self, genotype: Any, cycles: int) -> Any:
+        """Returns the network's state some cycles after the start."""
+        generator, gait = self.generator(), self.target()
+        timestep = stride_time(gait) / NUM_POINTS
+        network, start = generator.begin(genotype, gait)
+        return jax.lax.fori_loop(
+            0,
+            cycles * NUM_POINTS,
+            lambda _, state: generator.step(network, state, timestep),
+            start,
+        )
+
     def judge(self, genotype: Any) -> dict[str, float]:
         """Returns the root mean square of each joint's error, degrees, and the worst in the end."""
         fit = fits.measure(self, genotype)

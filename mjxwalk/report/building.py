@@ -6,6 +6,7 @@ from pathlib import Path
 from mjxwalk.report import (
     benchmarks,
     fitness,
+    fits,
     links,
     ran,
     recorded,
@@ -50,6 +51,8 @@ def build(
       ValueError: there is no such engine.
     """
     read = [sources.read(path) for path in paths]
+    if any(map(fits.is_fit, read)):
+        return fits.build(read)
     variants = sources.by_variant(read)
     asked = {name: each for name, each in variants.items() if not each[0].is_between}
     found: dict[str, recorded.Recorded] = {}
