@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from mjxwalk import experiments, replay
-from mjxwalk.bench.spatial import Held
 from mjxwalk.engines import lanes
 from mjxwalk.envs import Terrain
 
@@ -91,17 +90,17 @@ def test_engines_agree(genotypes: Any, terrain: Any) -> None:
 
 @pytest.mark.slow
 def test_the_spatial_body_is_recorded_too() -> None:
-    held = Held()
-    heights = np.asarray(held.sample_terrains(jax.random.key(0), 1))
+    spatial = experiments.get("solomon-3d")
+    heights = np.asarray(spatial.sample_terrains(jax.random.key(0), 1))
     ground: Any = Terrain(heights, np.zeros(2, np.int32))  # type: ignore[arg-type]
-    recording = replay.record(
-        held.env, held.controller, np.zeros((2, 7, 27), np.float32), ground, duration=0.05
-    )
+    genotypes = jax.tree.map(lambda leaf: np.stack([leaf] * 2), spatial.template())
+    recording = replay.record(spatial.env, spatial.controller, genotypes, ground, duration=0.05)
     assert recording.states.qpos.shape == (6, 2, 15)
+    short: Any = dataclasses.replace(spatial.env, max_time=0.05)
     outcome = lanes.vmap(
-        dataclasses.replace(held, env=dataclasses.replace(held.env, max_time=0.05)).rollout,
+        dataclasses.replace(spatial, env=short).rollout,
         (0, Terrain(None, 0)),  # type: ignore[arg-type]
-    )(np.zeros((2, 7, 27), np.float32), ground)
+    )(genotypes, ground)
     np.testing.assert_allclose(recording.states.qpos[-1, :, 0], outcome.distance, atol=1e-5)
 
 

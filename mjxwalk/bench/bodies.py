@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Array, Int
 
 from mjxwalk import experiments, rollout
-from mjxwalk.bench.spatial import Held
 from mjxwalk.envs import Terrain
 
 WEIGHT_SIGMA = 0.3  # ours: as wide as the experiment's first generation
@@ -24,7 +23,7 @@ class Body(NamedTuple):
     """A body to measure with.
 
     Attributes:
-      study: makes the experiment, or what stands in for one, with the body and its controller.
+      study: makes the experiment with the body and its controller.
       controller: in words.
       slow: whether XLA compiles it for so long that a quick bench has to leave mjx out.
     """
@@ -40,9 +39,8 @@ BODIES: Mapping[str, Body] = {  # by the name in the results
         "linear reactive control of planar-lpd, weights at random",
     ),
     "spatial": Body(
-        Held,
-        "the bench's own, no study's: each motor held by spring and damper at a weighted sum of "
-        "27 senses, without memory, weights at random; ground of r = 0.002 m",
+        functools.partial(experiments.get, "solomon-3d"),
+        "linear reactive control of solomon-3d, weights at random; ground of r = 0.002 m",
         slow=True,
     ),
 }
@@ -94,9 +92,8 @@ def walkers(body: Body, size: int) -> Walkers:
 
 @functools.cache
 def _heights(body: Body) -> Any:
-    """Returns one terrain; kept, as in a quick bench its compiling would be felt each time."""
-    sample = jax.jit(lambda key: body.study().sample_terrains(key, 1))
-    return np.asarray(sample(jax.random.key(0)))
+    """Returns one terrain; kept, as in a quick bench making it would be felt each time."""
+    return np.asarray(body.study().sample_terrains(jax.random.key(0), 1))
 
 
 def fixed_steps(
