@@ -15,6 +15,8 @@ from mjxwalk.gaits import NUM_POINTS
 
 SETTLED_CYCLES = 100  # ours: the thesis' hips take some 20 to a tenth of what they were off
 
+DENSITY = 20  # points that a cycle is compared at, for each sample
+
 
 class Fit(NamedTuple):
     """What oscillators draw, beside what they should.
@@ -90,21 +92,26 @@ class Kicked(NamedTuple):
 
 
 def kick(experiment: Any, genotype: Any, *, factor: float, cycles: int = 20) -> Kicked:
-    """Returns what settled oscillators do once some of their rates are multiplied.
+    """Returns what settled oscillators do once the left leg's have been kicked.
 
     Args:
       experiment: a `RayleighFit`.
       genotype: of it.
-      factor: on the rates of the left leg, or of the left hip where each joint has an oscillator.
+      factor: on their angles about the centres and on their rates.
       cycles: of the human that are followed.
     """
     settled = experiment.settle(genotype, SETTLED_CYCLES)
-    kicked = settled._replace(rate=settled.rate.at[0].multiply(factor))
+    network, _ = experiment.network.begin(genotype, experiment.target())
+    kicked = experiment.network.kick(network, settled, factor)
     before, after = (
         [np.asarray(part, np.float64) for part in experiment.simulate(genotype, num, state)]
         for num, state in ((2, settled), (cycles, kicked))
     )
-    near = [np.min(np.max(np.abs(before[0] - point), axis=1)) for point in after[0]]
+    # A knee moves by four degrees between two samples.
+    samples = np.arange(len(before[0]))
+    between = np.linspace(0, len(samples) - 1, DENSITY * len(samples))
+    dense = np.stack([np.interp(between, samples, joint) for joint in before[0].T], axis=1)
+    near = [np.min(np.max(np.abs(dense - point), axis=1)) for point in after[0]]
     return Kicked(
         cycle=before[0],
         cycle_rate=before[1],
@@ -112,6 +119,19 @@ def kick(experiment: Any, genotype: Any, *, factor: float, cycles: int = 20) -> 
         rate=after[1],
         distance=np.max(np.reshape(near, (cycles, NUM_POINTS)), axis=1),
     )
+
+
+def settled_state(experiment: Any, genotype: Any, cycles: int) -> Any:
+    """Returns where settled oscillators are when the human's left heel strikes.
+
+    That is the network's state, of all in one cycle after these many the one from which the angles
+    fit best.
+    """
+    human = experiment.target().four_joints
+    state = experiment.settle(genotype, cycles)
+    angle = np.asarray(experiment.simulate(genotype, 2, state).angle, np.float64)
+    errors = [np.sum((angle[n : n + NUM_POINTS] - human) ** 2) for n in range(NUM_POINTS)]
+    return experiment.settle_steps(genotype, state, int(np.argmin(errors)))
 
 
 def last_cycle(angle: Float[np.ndarray, "time 4"]) -> tuple[Float[np.ndarray, "100 4"], float]:

@@ -55,6 +55,10 @@ class PatternGenerator(Protocol):
         """Returns angles and rates of left hip, right hip, left knee, right knee."""
         ...
 
+    def kick(self, network: Any, state: Any, factor: float, /) -> Any:
+        """Returns the state with the left leg's oscillators nearer to, or farther from, rest."""
+        ...
+
     def table(self, genotype: Any, /) -> list[tuple[str, float]]:
         """Returns the genotype's numbers by name."""
         ...
@@ -117,6 +121,12 @@ class FourJoints:
         """Returns the state, which is that of the joints."""
         del network
         return state
+
+    def kick(self, network: Network, state: Motion, factor: float) -> Motion:
+        """Returns the state with angles about their centres, and rates, of the left multiplied."""
+        factors = jnp.array([factor, 1.0, factor, 1.0])
+        angle = network.centre + factors * (state.angle - network.centre)
+        return Motion(angle, factors * state.rate)
 
     def table(self, genotype: Genes) -> list[tuple[str, float]]:
         """Returns the genes by the thesis' names."""
@@ -190,8 +200,8 @@ class HarmonicLegs:
     def bounds(self) -> tuple[HarmonicGenes, HarmonicGenes]:
         """Returns the lowest and highest genotype; ours: about as far as human joints go."""
         return (
-            self._filled(tempo=0.99, alpha=0.2, across=0.1, entrain=2.0, weight=-30.0),
-            self._filled(tempo=1.01, alpha=1.0, across=0.5, entrain=10.0, weight=30.0),
+            self._filled(tempo=0.99, alpha=0.5, across=0.3, entrain=2.0, weight=-30.0),
+            self._filled(tempo=1.01, alpha=1.0, across=0.6, entrain=10.0, weight=30.0),
         )
 
     def begin(self, genotype: HarmonicGenes, gait: Gait) -> tuple[HarmonicNetwork, Motion]:
@@ -218,6 +228,12 @@ class HarmonicLegs:
             jnp.sum(genes.cosine[:, None] * x + genes.sine[:, None] * v, axis=2) for x, v in waves
         )
         return Motion((genes.centre[:, None] + angle).reshape(4), angle_rate.reshape(4))
+
+    def kick(self, network: HarmonicNetwork, state: Motion, factor: float) -> Motion:
+        """Returns the state with all of the left multiplied."""
+        del network
+        factors = jnp.array([[factor], [1.0]])
+        return Motion(factors * state.angle, factors * state.rate)
 
     def table(self, genotype: HarmonicGenes) -> list[tuple[str, float]]:
         """Returns the genes by name."""

@@ -24,7 +24,7 @@ from mjxwalk.controllers.rayleigh import Motion
 from mjxwalk.envs import Action, Observation
 from mjxwalk.envs.checks import not_negative, positive
 
-# Of `mjxwalk evolve rayleigh-harmonic --seed 1`: its champion, and where that is after 100 cycles.
+# Written by scripts/ship_oscillators.py; says which command fitted them.
 FITTED_PATH = Path(__file__).with_name("fitted_harmonics.json")
 STIFFNESS = np.array([400.0, 300.0, 200.0], np.float32)  # N m/rad, hip, knee, ankle; ours
 DAMPING = np.array([20.0, 15.0, 10.0], np.float32)  # N m s/rad; ours

@@ -195,14 +195,16 @@ class RayleighFit:
 
     def settle(self, genotype: Any, cycles: int) -> Any:
         """Returns the network's state some cycles after the start."""
+        _, start = self.generator().begin(genotype, self.target())
+        return self.settle_steps(genotype, start, cycles * NUM_POINTS)
+
+    def settle_steps(self, genotype: Any, start: Any, num_steps: int) -> Any:
+        """Returns the network's state some percents of a cycle after another."""
         generator, gait = self.generator(), self.target()
         timestep = stride_time(gait) / NUM_POINTS
-        network, start = generator.begin(genotype, gait)
+        network, _ = generator.begin(genotype, gait)
         return jax.lax.fori_loop(
-            0,
-            cycles * NUM_POINTS,
-            lambda _, state: generator.step(network, state, timestep),
-            start,
+            0, num_steps, lambda _, state: generator.step(network, state, timestep), start
         )
 
     def judge(self, genotype: Any) -> dict[str, float]:
@@ -306,5 +308,5 @@ RAYLEIGH_HARMONIC = RayleighFit(
     ),
     settling_cycles=10,  # ours: the harmonics have then locked to the first
     cycles=3,
-    generations=600,
+    generations=1000,
 )

@@ -40,7 +40,7 @@ REFERENCES = (
     'walking kinematics and kinetics in healthy individuals", PeerJ 6:e4640, data at doi '
     "10.6084/m9.figshare.5722711, CC BY 4.0.",
 )
-KICK = 0.2  # ours: what is left of the left leg's rates
+KICK = 0.2  # ours: what is left of the left leg's swing
 
 
 def is_fit(source: Source) -> bool:
@@ -241,7 +241,7 @@ def _limit_cycle(phase: Phase) -> Section:
     course = fits.kick(phase.experiment, _genotype(phase), factor=KICK)
     first, last = course.distance[0], course.distance[-1]
     text = (
-        f"Long after the start the rates on the left were cut to {KICK:.0%}. In the cycle after "
+        f"Long after the start the left leg's swing was cut to {KICK:.0%}. In the cycle after "
         f"that the angles were up to {number(first, 1)} degrees off the cycle they came from, "
         f"{count(len(course.distance), 'cycle')} later {number(last, 1)} degrees."
     )
