@@ -27,6 +27,7 @@ GRAVITY = 9.81  # m/s^2, as in MuJoCo
 MAX_SPEED = np.array([50.0] * 3 + [1000.0] * 12, np.float32)  # m/s, rad/s
 EULER = slice(3, 6)  # of the coordinates; yaw, pitch and roll
 PITCH, ROLL, ADDUCTION = 4, 5, 6
+HIPS = (7, 11)  # left and right
 ACTUATED = np.array([6, 7, 8, 9, 11, 12, 13])
 ANKLE_ROLLS = np.array([10, 14])
 JOINTS = slice(6, 15)

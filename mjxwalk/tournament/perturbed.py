@@ -5,13 +5,14 @@ terrain's row, where the ground does not look: so every engine hands it to the w
 """
 
 import dataclasses
+from typing import Any, overload
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.envs import Planar7, State, Terrain
+from mjxwalk.envs import Flame, Planar7, State, Terrain, flame, flame_body
 from mjxwalk.envs.planar7 import LEG_LENGTH, SOLE_DEPTH
 
 DRAWS = 3  # for each trial, one for each number that is perturbed
@@ -44,9 +45,7 @@ class PerturbedPlanar7(Planar7):
 
     def reset(self, terrain: Terrain) -> State:
         """Returns a walker that moves already, soles level on the ground."""
-        first = terrain.heights.shape[1] - DRAWS
-        draws = jax.lax.dynamic_slice(terrain.heights, (terrain.row, first), (1, DRAWS))[0]
-        return self.perturb(super().reset(terrain), draws)
+        return self.perturb(super().reset(terrain), _drawn(terrain))
 
     def perturb(self, state: State, draws: Float[Array, " draw"]) -> State:
         """Returns a start of the usual kind as the draws, from -1 to 1, change it."""
@@ -67,15 +66,75 @@ class PerturbedPlanar7(Planar7):
         )
 
 
-def perturbed(env: Planar7) -> PerturbedPlanar7:
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SpatialPerturbation:
+    """How far a start may be from the usual one, to either side; all between is equally likely.
+
+    Attributes:
+      swing_hip: of the swing hip's angle, rad.
+      push: of the hip, sideways; the walker tips about its stance foot with it, m/s.
+      pitch_rate: of the torso, rad/s; the thighs keep theirs.
+    """
+
+    swing_hip: float = 0.1  # ours: a quarter of the usual angle
+    push: float = 0.05  # ours: some degrees of roll before the next step
+    pitch_rate: float = 0.3  # ours: as in the plane
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class PerturbedFlame(Flame):
+    """The spatial walker, whose trials start where the draws behind its terrain put it.
+
+    Attributes:
+      perturbation: how far from the usual start.
+    """
+
+    perturbation: SpatialPerturbation = SpatialPerturbation()
+
+    def reset(self, terrain: Terrain) -> flame.State:
+        """Returns a walker in the middle of another step."""
+        return self.perturb(super().reset(terrain), _drawn(terrain))
+
+    def perturb(self, state: flame.State, draws: Float[Array, " draw"]) -> flame.State:
+        """Returns a start of the usual kind as the draws, from -1 to 1, change it."""
+        most = self.perturbation
+        left_hip, right_hip = flame_body.HIPS
+        push, pitch_rate = most.push * draws[1], most.pitch_rate * draws[2]
+        qvel = state.qvel.at[1].add(push).at[flame_body.ROLL].add(-push / flame_body.LEG_LENGTH)
+        for turns in (flame_body.PITCH, left_hip, right_hip):
+            qvel = qvel.at[turns].add(pitch_rate)
+        return state._replace(
+            qpos=state.qpos.at[left_hip].add(most.swing_hip * draws[0]), qvel=qvel
+        )
+
+
+@overload
+def perturbed(env: Planar7) -> PerturbedPlanar7: ...
+@overload
+def perturbed(env: Flame) -> PerturbedFlame: ...
+def perturbed(env: Planar7 | Flame) -> PerturbedPlanar7 | PerturbedFlame:
     """Returns the same body and rules with perturbed starts."""
-    fields = dataclasses.fields(Planar7)
-    return PerturbedPlanar7(**{field.name: getattr(env, field.name) for field in fields})
+    kind = PerturbedFlame if isinstance(env, Flame) else PerturbedPlanar7
+    settings: Any = {f.name: getattr(env, f.name) for f in dataclasses.fields(env)}
+    return kind(**settings)
 
 
 def with_draws(
-    key: PRNGKeyArray, heights: Float[Array, "terrain node"]
-) -> Float[Array, "terrain longer"]:
+    key: PRNGKeyArray, heights: Float[Array, "terrain along *across"]
+) -> Float[Array, "terrain longer *across"]:
     """Returns the terrains, each with the draws of its trial's start behind its last node."""
-    draws = jax.random.uniform(key, (heights.shape[0], DRAWS), minval=-1.0, maxval=1.0)
+    num, _, *across = heights.shape
+    draws = jax.random.uniform(key, (num, DRAWS), minval=-1.0, maxval=1.0)
+    if across:
+        draws = jnp.pad(draws, ((0, 0), (0, across[0] - DRAWS)))[:, None]
     return jnp.concatenate([heights, draws], axis=1)
+
+
+def _drawn(terrain: Terrain) -> Float[Array, " draw"]:
+    """Returns the draws of a walker's start."""
+    _, along, *across = terrain.heights.shape
+    if across:
+        place, size = (terrain.row, along - 1, 0), (1, 1, DRAWS)
+    else:
+        place, size = (terrain.row, along - DRAWS), (1, DRAWS)
+    return jax.lax.dynamic_slice(terrain.heights, place, size).ravel()

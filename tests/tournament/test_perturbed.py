@@ -7,8 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjxwalk.envs import Planar7, RandomWalk, State, Terrain
+from mjxwalk.envs import Flame, Planar7, RandomWalk, SerpentineWalk, State, Terrain
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.flame_body import COORDINATE
 from mjxwalk.envs.planar7 import CONTACT_SITES, FEET
 from mjxwalk.tournament.perturbed import DRAWS, perturbed, with_draws
 
@@ -100,3 +101,53 @@ def _motion(data: Any, body: str) -> Any:
     kind = mujoco.mjtObj.mjOBJ_XBODY
     mujoco.mj_objectVelocity(MODEL, data, kind, MODEL.body(body).id, motion, 0)
     return motion
+
+
+FLAME = Flame(terrain=SerpentineWalk(length=6.0))
+
+
+def spatial_terrain(draws: list[float] | None = None, *, row: int = 0) -> Terrain:
+    heights = with_draws(jax.random.key(0), FLAME.terrain.sample(jax.random.key(7), 2))
+    if draws is not None:
+        heights = heights.at[row, -1, :DRAWS].set(jnp.array(draws))
+    return Terrain(heights, jnp.asarray(row, jnp.int32))
+
+
+def test_a_spatial_start_without_perturbation_is_the_usual_one_on_the_same_ground() -> None:
+    ground = spatial_terrain([0.0, 0.0, 0.0])
+    usual = FLAME.reset(ground._replace(heights=ground.heights[:, :-1]))
+    for name, got in perturbed(FLAME).reset(ground)._asdict().items():
+        np.testing.assert_array_equal(got, getattr(usual, name), err_msg=name)
+    for x in (0.0, 3.95, 4.0, 1000.0):
+        at = jnp.asarray(x), jnp.asarray(0.3)
+        without = ground._replace(heights=ground.heights[:, :-1])
+        assert FLAME.terrain.height(ground, *at) == FLAME.terrain.height(without, *at)
+
+
+def test_every_spatial_trial_starts_in_another_state() -> None:
+    env = perturbed(FLAME)
+    first, second = env.reset(spatial_terrain()), env.reset(spatial_terrain(row=1))
+    assert not np.array_equal(first.qpos, second.qpos)
+    assert not np.array_equal(first.qvel, second.qvel)
+
+
+def test_a_spatial_push_tips_the_walker_about_its_stance_foot() -> None:
+    model = FLAME.model.mujoco
+    data = mujoco.MjData(model)
+    velocity = np.zeros(6)
+
+    def sideways(draws: list[float]) -> tuple[float, float]:
+        """Returns how fast hip and stance sole move along y, m/s."""
+        state = perturbed(FLAME).reset(spatial_terrain(draws))
+        data.qpos[:] = np.asarray(state.qpos)[COORDINATE]
+        data.qvel[:] = np.asarray(state.qvel)[COORDINATE]
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        site = model.site("heel_in_right").id
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site, velocity, 0)
+        return float(data.qvel[1]), float(velocity[4])
+
+    hip, sole = np.subtract(sideways([0.0, 1.0, 0.0]), sideways([0.0, 0.0, 0.0]))
+    assert hip == pytest.approx(0.05, rel=1e-5)
+    # The leg is bent and tilted, so that the sole is not just a leg's length below the hip.
+    assert abs(sole) < 0.05 * hip
