@@ -3,8 +3,20 @@
 from mjxwalk.strategies import links, operators, ranks, vectors
 from mjxwalk.strategies.ars import ARSState, ars
 from mjxwalk.strategies.base import Genotype, Mask, Masks, Population, Strategy
+from mjxwalk.strategies.bounds import with_bounds
 from mjxwalk.strategies.cma_es import CMAESState, cma_es
+from mjxwalk.strategies.deep_ga import DeepGAState, deep_ga
+from mjxwalk.strategies.evaluation import evaluator
+from mjxwalk.strategies.evosax import (
+    EvosaxAlgorithm,
+    FromEvosaxState,
+    ToEvosaxState,
+    from_evosax,
+    to_evosax,
+)
 from mjxwalk.strategies.hybrid_ga import HybridGAState, hybrid_ga
+from mjxwalk.strategies.islands import IslandsState, with_islands
+from mjxwalk.strategies.map_elites import MapElites, MapElitesMetrics, MapElitesState, map_elites
 from mjxwalk.strategies.masks import MaskedState, with_mask
 from mjxwalk.strategies.metrics import FitnessSummary, SearchMetrics, summarise_fitness
 from mjxwalk.strategies.openai_es import OpenAIESState, openai_es
@@ -24,6 +36,7 @@ from mjxwalk.strategies.pruning import (
 )
 from mjxwalk.strategies.registry import FACTORIES, make
 from mjxwalk.strategies.restarts import RestartState, with_restarts
+from mjxwalk.strategies.schedules import ScheduledState, with_schedule
 from mjxwalk.strategies.self_adaptive_ga import (
     SelfAdaptiveGAMetrics,
     SelfAdaptiveGAState,
@@ -31,6 +44,7 @@ from mjxwalk.strategies.self_adaptive_ga import (
 )
 from mjxwalk.strategies.sep_cma_es import SepCMAESState, sep_cma_es
 from mjxwalk.strategies.snes import SNESState, snes
+from mjxwalk.strategies.truncation_ga import TruncationGAState, truncation_ga
 from mjxwalk.strategies.two_point_ga import TwoPointGAState, two_point_ga
 from mjxwalk.strategies.xnes import XNESState, xnes
 
@@ -38,10 +52,17 @@ __all__ = [
     "FACTORIES",
     "ARSState",
     "CMAESState",
+    "DeepGAState",
+    "EvosaxAlgorithm",
     "FitnessSummary",
+    "FromEvosaxState",
     "Genotype",
     "HybridGAState",
     "Individual",
+    "IslandsState",
+    "MapElites",
+    "MapElitesMetrics",
+    "MapElitesState",
     "Mask",
     "MaskedState",
     "Masks",
@@ -55,19 +76,26 @@ __all__ = [
     "PruningStrategy",
     "RestartState",
     "SNESState",
+    "ScheduledState",
     "SearchMetrics",
     "SelfAdaptiveGAMetrics",
     "SelfAdaptiveGAState",
     "SepCMAESState",
     "Strategy",
+    "ToEvosaxState",
+    "TruncationGAState",
     "TwoPointGAState",
     "XNESState",
     "ars",
     "cma_es",
+    "deep_ga",
+    "evaluator",
+    "from_evosax",
     "has_declined",
     "hybrid_ga",
     "links",
     "make",
+    "map_elites",
     "openai_es",
     "operators",
     "pattern_search",
@@ -77,10 +105,15 @@ __all__ = [
     "sep_cma_es",
     "snes",
     "summarise_fitness",
+    "to_evosax",
+    "truncation_ga",
     "two_point_ga",
     "vectors",
+    "with_bounds",
+    "with_islands",
     "with_mask",
     "with_pruning",
     "with_restarts",
+    "with_schedule",
     "xnes",
 ]

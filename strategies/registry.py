@@ -9,6 +9,7 @@ from typing import Any
 from mjxwalk.strategies.ars import ars
 from mjxwalk.strategies.base import Strategy
 from mjxwalk.strategies.cma_es import cma_es
+from mjxwalk.strategies.deep_ga import deep_ga
 from mjxwalk.strategies.hybrid_ga import hybrid_ga
 from mjxwalk.strategies.masks import with_mask
 from mjxwalk.strategies.openai_es import openai_es
@@ -17,6 +18,7 @@ from mjxwalk.strategies.pgpe import pgpe
 from mjxwalk.strategies.self_adaptive_ga import self_adaptive_ga
 from mjxwalk.strategies.sep_cma_es import sep_cma_es
 from mjxwalk.strategies.snes import snes
+from mjxwalk.strategies.truncation_ga import truncation_ga
 from mjxwalk.strategies.two_point_ga import two_point_ga
 from mjxwalk.strategies.xnes import xnes
 
@@ -24,6 +26,7 @@ FACTORIES: Mapping[str, Callable[..., Strategy[Any, Any]]] = MappingProxyType(
     {
         "ars": ars,
         "cma-es": cma_es,
+        "deep-ga": deep_ga,
         "hybrid-ga": hybrid_ga,
         "openai-es": openai_es,
         "pattern-search": pattern_search,
@@ -31,6 +34,7 @@ FACTORIES: Mapping[str, Callable[..., Strategy[Any, Any]]] = MappingProxyType(
         "self-adaptive-ga": self_adaptive_ga,
         "sep-cma-es": sep_cma_es,
         "snes": snes,
+        "truncation-ga": truncation_ga,
         "two-point-ga": two_point_ga,
         "xnes": xnes,
     }

@@ -35,7 +35,7 @@ def unflatten_population(vectors: Float[Array, "pop dim"], template: Genotype) -
     start = 0
     for leaf in leaves:
         part = vectors[:, start : start + leaf.size]
-        parts.append(part.reshape(-1, *leaf.shape).astype(leaf.dtype))
+        parts.append(part.reshape(part.shape[0], *leaf.shape).astype(leaf.dtype))
         start += leaf.size
     return jax.tree.unflatten(structure, parts)
 

@@ -51,6 +51,8 @@ CASES = [
     Case("sep-cma-es", {"sigma": 0.5}),
     Case("snes", {"sigma": 0.5}),
     Case("xnes", {"sigma": 0.5}),
+    Case("truncation-ga", {**BOUNDS, "substitutions": 2.0}),
+    Case("deep-ga", {"sigma": 0.1, "initial_sigma": 0.5, "num_parents": 5}),
 ]
 
 POPULATION_SIZE = 20

@@ -1,0 +1,133 @@
+"""Uber's deep genetic algorithm: truncation selection and Gaussian mutation of fixed size alone.
+
+Such, Madhavan, Conti, Lehman, Stanley & Clune (2017), "Deep neuroevolution: genetic algorithms are
+a competitive alternative for training deep neural networks for reinforcement learning",
+https://arxiv.org/abs/1712.06567, algorithm 1. The paper finds its elite by further trials of the
+ten best; here the elite is the fittest told, and further trials are for the caller.
+"""
+
+import functools
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from mjxwalk.strategies import checks, draws, vectors
+from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
+from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
+from mjxwalk.strategies.operators import best_first
+
+NUM_PARENTS = 20  # Such et al. (2017), table 2, of a population of 1,001
+NUM_ELITES = 1  # algorithm 1
+
+
+class DeepGAState(NamedTuple):
+    """State between generations; all that `ask` gives out next is in it.
+
+    Attributes:
+      population: genotypes of the generation to be evaluated next.
+      generation: number of that generation, 0 before the first `tell`.
+      best_genotype: fittest of the generation told last; the template before the first.
+      best_fitness: its fitness; NaN before the first `tell` or if all of that generation was NaN.
+    """
+
+    population: Population
+    generation: Int[Array, ""]
+    best_genotype: Genotype
+    best_fitness: Float[Array, ""]
+
+
+class _Settings(NamedTuple):
+    """Checked arguments of `deep_ga`."""
+
+    population_size: int
+    sigma: Tree
+    initial_sigma: Tree
+    num_parents: int
+    num_elites: int
+
+
+def deep_ga(
+    *,
+    population_size: int,
+    sigma: Tree,
+    initial_sigma: Tree,
+    num_parents: int = NUM_PARENTS,
+    num_elites: int = NUM_ELITES,
+) -> Strategy[DeepGAState, FitnessSummary]:
+    """Returns the genetic algorithm of Such et al. (2017), algorithm 1.
+
+    Args:
+      population_size: genotypes in a generation.
+      sigma: standard deviation of mutation, in units of the weights; one value, or a pytree prefix
+        of the template.
+      initial_sigma: standard deviation of generation 0 about the template, likewise.
+      num_parents: best genotypes, of which every offspring is a mutated copy, all equally likely;
+        the whole population at most.
+      num_elites: best genotypes copied to the front of the next generation, best first.
+
+    Raises:
+      ValueError: a setting is out of its range, or, from `init`, does not fit the template.
+    """
+    checks.check_count("population_size", population_size, minimum=2)
+    checks.check_numbers("sigma", sigma, minimum=0.0)
+    checks.check_numbers("initial_sigma", initial_sigma, minimum=0.0)
+    checks.check_count("num_parents", num_parents, minimum=1)
+    checks.check_count("num_elites", num_elites, minimum=0, maximum=population_size - 1)
+    settings = _Settings(
+        population_size, sigma, initial_sigma, min(num_parents, population_size), num_elites
+    )
+    return Strategy(
+        population_size=population_size,
+        init=functools.partial(_init, settings),
+        ask=_ask,
+        tell=functools.partial(_tell, settings),
+    )
+
+
+def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> DeepGAState:
+    checks.check_template(template)
+    vectors.spread("sigma", settings.sigma, template)  # to refuse what does not fit
+    start = vectors.flatten(template)
+    initial_sigma = vectors.spread("initial_sigma", settings.initial_sigma, template)
+    noise = vectors.standard_normals(key, settings.population_size, start)
+    return DeepGAState(
+        population=vectors.unflatten_population(start + initial_sigma * noise, template),
+        generation=jnp.zeros((), jnp.int32),
+        best_genotype=jax.tree.map(jnp.asarray, template),
+        best_fitness=jnp.full((), jnp.nan, float),
+    )
+
+
+def _ask(key: PRNGKeyArray, state: DeepGAState) -> tuple[Population, DeepGAState]:
+    del key
+    return state.population, state
+
+
+def _tell(
+    settings: _Settings,
+    key: PRNGKeyArray,
+    population: Population,
+    fitness: Float[Array, " pop"],
+    state: DeepGAState,
+) -> tuple[DeepGAState, FitnessSummary]:
+    checks.check_told(settings.population_size, population, fitness)
+    sigma = vectors.spread("sigma", settings.sigma, state.best_genotype)
+    order = best_first(fitness)
+    genotypes = vectors.flatten_population(population)
+    num_offspring = settings.population_size - settings.num_elites
+    picks, moves = draws.draw_words(key, num_offspring, [1, sigma.size])
+    picked = jnp.floor(draws.uniforms(picks[:, 0]) * settings.num_parents).astype(jnp.int32)
+    noise = draws.normals(moves).astype(sigma.dtype)
+    offspring = genotypes[order[picked]] + sigma * noise
+    elites = genotypes[order[: settings.num_elites]]
+    new_state = DeepGAState(
+        population=vectors.unflatten_population(
+            jnp.concatenate([elites, offspring]), state.best_genotype
+        ),
+        generation=state.generation + 1,
+        best_genotype=vectors.unflatten(genotypes[order[0]], state.best_genotype),
+        best_fitness=fitness[order[0]].astype(state.best_fitness.dtype),
+    )
+    return new_state, summarise_fitness(fitness)

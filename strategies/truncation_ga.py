@@ -1,0 +1,133 @@
+"""Genetic algorithm in which the better half replaces the worse, without crossover.
+
+Reil & Massey (2001), "Facilitating controller evolution in morpho-functional machines - a bipedal
+case study": the bottom half of a population is replaced by copies of the top half, mutated at a
+rate of about one substitution a genotype. A substitution draws a weight anew between its bounds.
+That the top half itself stays as it is, is ours: the paper does not say.
+"""
+
+import functools
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from mjxwalk.strategies import checks, draws, vectors
+from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
+from mjxwalk.strategies.operators import best_first
+from mjxwalk.strategies.two_point_ga import check_bounds, uniform_mutation
+
+SUBSTITUTIONS = 1.0  # a genotype, on average; Reil & Massey (2001)
+
+
+class TruncationGAState(NamedTuple):
+    """State between generations; all that `ask` gives out next is in it.
+
+    Attributes:
+      population: genotypes of the generation to be evaluated next.
+      generation: number of that generation, 0 before the first `tell`.
+      best_genotype: fittest of the generation told last; the template before the first.
+      best_fitness: its fitness; NaN before the first `tell` or if all of that generation was NaN.
+    """
+
+    population: Population
+    generation: Int[Array, ""]
+    best_genotype: Genotype
+    best_fitness: Float[Array, ""]
+
+
+class _Settings(NamedTuple):
+    """Checked arguments of `truncation_ga`."""
+
+    population_size: int
+    lower: Tree
+    upper: Tree
+    substitutions: ScalarLike
+
+
+def truncation_ga(
+    *,
+    population_size: int,
+    lower: Tree,
+    upper: Tree,
+    substitutions: ScalarLike = SUBSTITUTIONS,
+) -> Strategy[TruncationGAState, FitnessSummary]:
+    """Returns the genetic algorithm of Reil & Massey (2001); generation 0 is uniform in the bounds.
+
+    Args:
+      population_size: genotypes in a generation; of an odd number the middle one stays too.
+      lower: smallest value of each weight; one value, or a pytree prefix of the template.
+      upper: largest value, likewise.
+      substitutions: weights of a copy that are drawn anew, on average.
+
+    Raises:
+      ValueError: a setting is out of its range, or, from `init`, does not fit the template.
+    """
+    checks.check_count("population_size", population_size, minimum=2)
+    checks.check_numbers("substitutions", substitutions, minimum=0.0)
+    check_bounds(lower, upper)
+    settings = _Settings(population_size, lower, upper, substitutions)
+    return Strategy(
+        population_size=population_size,
+        init=functools.partial(_init, settings),
+        ask=_ask,
+        tell=functools.partial(_tell, settings),
+    )
+
+
+def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> TruncationGAState:
+    checks.check_template(template)
+    lower, upper = _bounds(settings, template)
+    (words,) = draws.draw_words(key, settings.population_size, [lower.size])
+    genotypes = lower + (upper - lower) * draws.uniforms(words).astype(lower.dtype)
+    return TruncationGAState(
+        population=vectors.unflatten_population(genotypes, template),
+        generation=jnp.zeros((), jnp.int32),
+        best_genotype=jax.tree.map(jnp.asarray, template),
+        best_fitness=jnp.full((), jnp.nan, float),
+    )
+
+
+def _ask(key: PRNGKeyArray, state: TruncationGAState) -> tuple[Population, TruncationGAState]:
+    del key
+    return state.population, state
+
+
+def _tell(
+    settings: _Settings,
+    key: PRNGKeyArray,
+    population: Population,
+    fitness: Float[Array, " pop"],
+    state: TruncationGAState,
+) -> tuple[TruncationGAState, FitnessSummary]:
+    checks.check_told(settings.population_size, population, fitness)
+    lower, upper = _bounds(settings, state.best_genotype)
+    order = best_first(fitness)
+    genotypes = vectors.flatten_population(population)[order]
+    num_copies = settings.population_size // 2
+    which, values = draws.draw_words(key, num_copies, [lower.size, lower.size])
+    uniform = jnp.stack([draws.uniforms(which), draws.uniforms(values)], axis=1)
+    rate = jnp.asarray(settings.substitutions, lower.dtype) / lower.size
+    mutate = jax.vmap(uniform_mutation, in_axes=(0, None, None, None, 0))
+    copies = mutate(genotypes[:num_copies], lower, upper, rate, uniform)
+    kept = genotypes[: settings.population_size - num_copies]
+    new_state = TruncationGAState(
+        population=vectors.unflatten_population(
+            jnp.concatenate([kept, copies]), state.best_genotype
+        ),
+        generation=state.generation + 1,
+        best_genotype=vectors.unflatten(genotypes[0], state.best_genotype),
+        best_fitness=fitness[order[0]].astype(state.best_fitness.dtype),
+    )
+    return new_state, summarise_fitness(fitness)
+
+
+def _bounds(
+    settings: _Settings, template: Genotype
+) -> tuple[Float[Array, " dim"], Float[Array, " dim"]]:
+    return (
+        vectors.spread("lower", settings.lower, template),
+        vectors.spread("upper", settings.upper, template),
+    )
