@@ -11,8 +11,12 @@ from jaxtyping import Bool, Float
 
 from mjxwalk import engines
 from mjxwalk.engines import lanes, mjx
-from mjxwalk.envs import Planar7
+from mjxwalk.envs import Flame, Planar7
+from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.flame_body import COORDINATE, LEGS
 from mjxwalk.rollout import Controller, Environment, Walk, advance, start
+
+TORSO_HEIGHT = 0.52  # m over the hips, where flame.xml has the middle of the head
 
 
 class Recording(NamedTuple):
@@ -161,6 +165,33 @@ def skeleton(env: Planar7, qpos: Float[np.ndarray, "frame 9"]) -> Float[np.ndarr
         )
         legs.append([hip + _turned(pitch, 0.0, shoulder), hip, knee, ankle, heel, toe, ankle])
     return np.moveaxis(np.array(legs), (0, 1, 2), (1, 2, 0))
+
+
+def spatial_skeleton(
+    env: Flame, qpos: Float[np.ndarray, "frame 15"]
+) -> Float[np.ndarray, "frame 2 8 3"]:
+    """Returns where the spatial body's joints are, in one walker's frames.
+
+    For each leg, x, y and z of the torso's top, its middle between the hips, hip, knee, ankle,
+    heel, toe and ankle again, m.
+    """
+    model = env.model.mujoco
+    data = mujoco.MjData(model)
+    top = np.array([0.0, 0.0, TORSO_HEIGHT])
+    figures = np.zeros((len(qpos), 2, 8, 3))
+    for frame, coordinates in enumerate(qpos):
+        data.qpos[:] = coordinates[COORDINATE]
+        mujoco.mj_kinematics(model, data)
+        torso = data.body("torso")
+        head = torso.xpos + torso.xmat.reshape(3, 3) @ top
+        for leg, name in enumerate(LEGS):
+            links = [data.body(f"{link}_{name}").xpos for link in ("thigh", "shank", "foot")]
+            heel, toe = (
+                np.mean([data.site(f"{end}_{side}_{name}").xpos for side in ("in", "out")], axis=0)
+                for end in ("heel", "toe")
+            )
+            figures[frame, leg] = [head, torso.xpos, *links, heel, toe, links[2]]
+    return figures
 
 
 def _turned(pitch: Float[np.ndarray, " frame"], x: float, z: float) -> Any:

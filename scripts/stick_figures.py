@@ -59,7 +59,7 @@ class StickFigures:
 
         from mjxwalk import engines, replay
         from mjxwalk.analysis import figures
-        from mjxwalk.envs import Terrain
+        from mjxwalk.envs import Flame, Terrain
 
         engines.prepare()
         experiment = walker.experiment.tried()
@@ -75,12 +75,14 @@ class StickFigures:
             frames_per_second=1.0 / self.interval,
         )
         walking = (recording.time[:, 0] >= self.start) & ~recording.done[:, 0]
-        skeletons = replay.skeleton(env, recording.states.qpos[walking, 0])
-        if not len(skeletons):
+        if not walking.any():
             raise runs.RunError(f"the walker's trial is over before {self.start} s")
-        ground = env.terrain
-        nodes = ground.start + ground.spacing * np.arange(ground.num_nodes)
-        return figures.stick_figures(skeletons, nodes, heights[0])
+        qpos, ground = recording.states.qpos[walking, 0], env.terrain
+        nodes = ground.start + ground.spacing * np.arange(heights.shape[1])
+        if isinstance(env, Flame):
+            middle = heights[0][:, heights.shape[2] // 2]
+            return figures.spatial_stick_figures(replay.spatial_skeleton(env, qpos), nodes, middle)
+        return figures.stick_figures(replay.skeleton(env, qpos), nodes, heights[0])
 
 
 if __name__ == "__main__":

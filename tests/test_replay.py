@@ -9,7 +9,7 @@ import pytest
 
 from mjxwalk import experiments, replay
 from mjxwalk.engines import lanes
-from mjxwalk.envs import Terrain
+from mjxwalk.envs import Flame, Terrain
 
 LPD = experiments.get("planar-lpd")
 NUM_WALKERS, NUM_TERRAINS = 5, 3
@@ -113,6 +113,18 @@ def test_skeleton_of_a_body_that_stands_straight_is_a_column() -> None:
     # papers: thigh 0.429 m, shank 0.4305 m, ankle 0.068 m over the sole
     np.testing.assert_allclose(figures[0, 0, 1:4, 1], [0.9275, 0.4985, 0.068], atol=1e-9)
     np.testing.assert_allclose(figures[0, 0, 4:6, 1], 0.0, atol=1e-9)
+
+
+def test_skeleton_of_a_spatial_body_that_stands_straight_is_two_columns() -> None:
+    qpos = np.zeros((1, 15))
+    qpos[:, 2] = 0.646
+    (figure,) = replay.spatial_skeleton(Flame(), qpos)
+    # flame.xml: thigh 0.3155 m, shank 0.2915 m, hip 0.646 m high and 0.083 m beside the middle,
+    # shank 14 mm inward; the foot reaches from 0.047 m behind to 0.153 m ahead of the ankle.
+    np.testing.assert_allclose(figure[:, 1:5, 2], [[0.646, 0.646, 0.3305, 0.039]] * 2, atol=1e-9)
+    np.testing.assert_allclose(figure[:, 2:5, 1], [[0.083, 0.069, 0.069], [-0.083, -0.069, -0.069]])
+    np.testing.assert_allclose(figure[:, 5:7, 0], [[-0.047, 0.153]] * 2, atol=1e-9)
+    np.testing.assert_allclose(figure[:, 5:7, 2], 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

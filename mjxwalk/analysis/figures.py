@@ -105,6 +105,44 @@ def stick_figures(
     return figure
 
 
+def spatial_stick_figures(
+    skeletons: Float[np.ndarray, "figure 2 8 3"],
+    ground_x: Float[np.ndarray, " node"],
+    ground_z: Float[np.ndarray, " node"],
+) -> Figure:
+    """Returns a spatial walker at several times, from its right side and, below, from the front.
+
+    Args:
+      skeletons: from `mjxwalk.replay.spatial_skeleton`, at least one.
+      ground_x: where the nodes of the terrain along its middle are, m.
+      ground_z: how high they are, m.
+
+    Raises:
+      ValueError: there is no figure to draw.
+    """
+    if not len(skeletons):
+        raise ValueError("there are no stick figures to draw")
+    low, high = skeletons[..., 2].min() - 0.1, skeletons[..., 2].max() + 0.1
+    # Seen from the front, those in a row stand as far apart as their hips in the side view.
+    hips = skeletons[:, :, 1, :2].mean(axis=1)
+    across = hips[:, None, None, 0] - (skeletons[..., 1] - hips[:, None, None, 1])
+    views = [skeletons[..., 0], across]
+    left, right = views[0].min() - 0.3, views[0].max() + 0.3
+    height = 12 * 2 * (high - low) / (right - left)
+    figure = Figure(figsize=(12, height), dpi=120)
+    for row, places in enumerate(views):
+        axis: Any = figure.add_axes((0.0, 0.5 * (1 - row), 1.0, 0.5))
+        if row == 0:
+            axis.fill_between(ground_x, ground_z, low, color=GROUND, linewidth=0)
+        for place, skeleton in zip(places, skeletons, strict=True):
+            for leg, colour in ((0, FAR), (1, NEAR)):
+                line = place[leg], skeleton[leg, :, 2]
+                axis.plot(*line, color=colour, linewidth=2, solid_capstyle="round")
+        axis.set(xlim=(left, right), ylim=(low, high), aspect="equal")
+        axis.axis("off")
+    return figure
+
+
 def angle_densities(density: AngleDensity) -> Figure:
     """Returns Figure 6: how often each angle is where over a step; white is the most frequent.
 
