@@ -2,8 +2,9 @@
 
 Ours: the thesis of `rayleigh` ends with curves. The oscillators of `patterns.HarmonicLegs`, fitted
 to how adults walk, run on their own clock; hips and knees follow them by stiffness and damping, and
-so do ankles, which the fit does not know, by weights that evolve from zero. One sense is added, as
-nothing else keeps a trunk upright: the stance hip pushes against the trunk's lean and its rate.
+so do ankles, which the fit does not know, by weights that evolve from zero. Two senses are added.
+Nothing else keeps a trunk upright: the stance hip pushes against the trunk's lean and its rate. And
+a foot that lands can move the oscillators to where they are when a human's does, or nearer to it.
 """
 
 import dataclasses
@@ -44,6 +45,8 @@ class Gains(NamedTuple):
       stiffness: logarithms of the factors on that of hip, knee and ankle.
       damping: likewise.
       posture: logarithms of the factors on the stance hip's answer to lean and its rate.
+      reset: share of the way to a human's heel strike that the oscillators jump at a landing; below
+        0 counts as 0, above 1 as 1.
     """
 
     tempo: Float[Array, ""]
@@ -54,13 +57,21 @@ class Gains(NamedTuple):
     stiffness: Float[Array, "3"]
     damping: Float[Array, "3"]
     posture: Float[Array, "2"]
+    reset: Float[Array, ""]
 
 
 class Clock(NamedTuple):
-    """Memory: where the oscillators are, [leg, harmonic], and which leg was the stance leg last."""
+    """Memory.
+
+    Attributes:
+      oscillators: where they are, [leg, harmonic].
+      left_stance: which leg was the stance leg last.
+      contact: which feet touched the ground.
+    """
 
     oscillators: Motion
     left_stance: Bool[Array, ""]
+    contact: Bool[Array, "2"]
 
 
 class Fitted(msgspec.Struct, frozen=True):
@@ -111,6 +122,7 @@ class RayleighWalker:
             stiffness=three,
             damping=three,
             posture=jnp.zeros(2),
+            reset=zero,
         )
 
     def mask(self) -> Gains:
@@ -128,15 +140,15 @@ class RayleighWalker:
     def init(self, genotype: Gains) -> Clock:
         """Returns the oscillators at the left heel's strike."""
         del genotype
-        start = fitted()
-        return Clock(Motion(jnp.array(start.angle), jnp.array(start.rate)), jnp.ones((), bool))
+        return Clock(_strike(left=True), jnp.ones((), bool), jnp.ones(2, bool))
 
     def act(self, genotype: Gains, memory: Clock, observation: Observation) -> tuple[Clock, Action]:
         """Returns the oscillators a step later, and what the joints are to do."""
         legs, network = _oscillators()
         left_stance = stance_leg(observation.contact, observation.ankle_x, memory.left_stance)
-        drawn = legs.read(network, memory.oscillators)
-        target = self._target(genotype, network, memory.oscillators, drawn)
+        oscillators = _landed(genotype, memory, observation)
+        drawn = legs.read(network, oscillators)
+        target = self._target(genotype, network, oscillators, drawn)
         rise = jnp.minimum(observation.time / (RISE_TIME * jnp.exp(genotype.rise)), 1.0)
         action = Action(
             torque=self._upright(genotype, observation, left_stance),
@@ -146,7 +158,8 @@ class RayleighWalker:
         )
         # A clock that runs faster is the same motion in shorter steps of its own time.
         own_step = self.timestep * jnp.exp(genotype.tempo)
-        return Clock(legs.step(network, memory.oscillators, own_step), left_stance), action
+        after = legs.step(network, oscillators, own_step)
+        return Clock(after, left_stance, observation.contact), action
 
     def weight_table(self, genotype: Gains) -> list[tuple[str, str, str, float]]:
         """Returns a genotype as rows of kind, gene, place and value."""
@@ -184,6 +197,27 @@ class RayleighWalker:
 def fitted() -> Fitted:
     """Returns the oscillators that ship with mjxwalk."""
     return msgspec.json.decode(FITTED_PATH.read_bytes(), type=Fitted)
+
+
+def _strike(*, left: bool) -> Motion:
+    """Returns the oscillators when a human's left or right heel strikes."""
+    start = fitted()
+    order = slice(None) if left else slice(None, None, -1)
+    return Motion(jnp.array(start.angle)[order], jnp.array(start.rate)[order])
+
+
+def _landed(genotype: Gains, memory: Clock, observation: Observation) -> Motion:
+    """Returns the oscillators, moved towards a heel strike if the swing leg has just landed."""
+    landed = observation.contact & ~memory.contact
+    left = landed[0] & ~memory.left_stance
+    right = landed[1] & memory.left_stance
+    share = jnp.where(left | right, jnp.clip(genotype.reset, 0.0, 1.0), 0.0)
+    return jax.tree.map(
+        lambda now, one, other: now + share * (jnp.where(left, one, other) - now),
+        memory.oscillators,
+        _strike(left=True),
+        _strike(left=False),
+    )
 
 
 def _oscillators() -> tuple[HarmonicLegs, HarmonicNetwork]:

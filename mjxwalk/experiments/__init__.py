@@ -38,7 +38,7 @@ _EXPERIMENTS = {
         "rayleigh", "RAYLEIGH_HARMONIC", "an oscillator for each harmonic of each leg, likewise"
     ),
     "rayleigh-walk": _Entry(
-        "rayleigh_walk", "RAYLEIGH_WALK", "planar walker driven by the fitted oscillators, flat"
+        "rayleigh_walk", "RAYLEIGH_WALK", "planar walker driven by the fitted oscillators"
     ),
 }
 _STUDIES = {
