@@ -9,7 +9,7 @@ import pytest
 
 from mjxwalk import experiments, replay
 from mjxwalk.engines import lanes
-from mjxwalk.envs import Flame, Terrain
+from mjxwalk.envs import Flame, Planar7, Terrain
 
 LPD = experiments.get("planar-lpd")
 NUM_WALKERS, NUM_TERRAINS = 5, 3
@@ -107,7 +107,7 @@ def test_the_spatial_body_is_recorded_too() -> None:
 def test_skeleton_of_a_body_that_stands_straight_is_a_column() -> None:
     qpos = np.zeros((2, 9))
     qpos[:, 1] = 0.9275
-    figures = replay.skeleton(LPD.env, qpos)
+    figures = replay.skeleton(Planar7(), qpos)
     assert figures.shape == (2, 2, 7, 2)
     np.testing.assert_allclose(figures[:, :, :4, 0], 0.0, atol=1e-12)
     # papers: thigh 0.429 m, shank 0.4305 m, ankle 0.068 m over the sole

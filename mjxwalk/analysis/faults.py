@@ -58,7 +58,7 @@ def measure_faults(recording: Recording, env: Flame) -> Frame:
         qvel = states.qvel[:frames, walker].astype(np.float64)
         corners = corner_speeds(env, qpos, qvel, states.touching[:frames, walker])
         walked = float(qpos[-1, 0] - qpos[0, 0])
-        raw = corners.touching.reshape(-1, 2, 4).any(axis=2)
+        raw: Any = corners.touching.reshape(-1, 2, 4).any(axis=2)
         rows.append(
             {
                 "fell": bool(states.fell[-1, walker]),

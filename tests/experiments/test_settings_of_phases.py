@@ -159,7 +159,8 @@ def test_the_paper_s_numbers_are_those_of_the_study() -> None:
 
 def test_rsil_has_as_many_links_as_the_paper_s() -> None:
     controller = experiments.get("solomon-2d-rsil/rsil").controller
-    links = np.asarray(controller.mask().walking)
+    mask: Any = controller.mask()
+    links = np.asarray(mask.walking)
     assert links.shape == (len(NETWORKS), len(INPUTS)) and links.sum() == 33
     added = (links & ~local_links()).sum(axis=1)
     assert dict(zip(NETWORKS, added.tolist(), strict=True)) == {
