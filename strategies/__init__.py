@@ -34,7 +34,7 @@ from mjxwalk.strategies.pruning import (
     has_declined,
     with_pruning,
 )
-from mjxwalk.strategies.registry import FACTORIES, make
+from mjxwalk.strategies.registry import FACTORIES, carry_over, make
 from mjxwalk.strategies.restarts import RestartState, with_restarts
 from mjxwalk.strategies.schedules import ScheduledState, with_schedule
 from mjxwalk.strategies.self_adaptive_ga import (
@@ -87,6 +87,7 @@ __all__ = [
     "TwoPointGAState",
     "XNESState",
     "ars",
+    "carry_over",
     "cma_es",
     "deep_ga",
     "evaluator",

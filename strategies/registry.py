@@ -77,6 +77,27 @@ def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, An
     return strategy if mask is None else with_mask(strategy, mask)
 
 
+def carry_over(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the hyper-parameters of another strategy that one takes too, for a comparison.
+
+    A strategy that starts with its `sigma` gets the other's `initial_sigma` for it.
+
+    Args:
+      name: strategy to be made.
+      options: hyper-parameters of the other.
+
+    Raises:
+      ValueError: the name is unknown.
+    """
+    if name not in FACTORIES:
+        raise ValueError(f"unknown strategy {name!r}; {_suggest(name, FACTORIES)}")
+    known = inspect.signature(FACTORIES[name]).parameters
+    carried = {option: value for option, value in options.items() if option in known}
+    if "sigma" in known and "initial_sigma" not in known and "initial_sigma" in options:
+        carried["sigma"] = options["initial_sigma"]
+    return carried
+
+
 def _suggest(wrong: str, known: Iterable[str]) -> str:
     """Returns the names close to a wrong one, or all when none is."""
     names = sorted(known)

@@ -16,6 +16,7 @@ from mjxwalk.runs import Config, files
 from mjxwalk.runs.start import Start
 from mjxwalk.runs.study import StudyConfig
 from mjxwalk.settings import override
+from mjxwalk.strategies import carry_over
 
 if TYPE_CHECKING:
     from mjxwalk.cli.evolve import Evolve
@@ -37,6 +38,8 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
         was told to.
     """
     experiment = _with_flags(asked, scaled(experiments.get(asked.experiment), asked.scale))
+    if asked.strategy is not None:
+        experiment = _with_strategy(asked.strategy, experiment)
     for path, value in _assignments(asked):
         experiment = override(experiment, path, value)
     if asked.links is not None:
@@ -110,6 +113,16 @@ def _with_flags(asked: "Evolve", experiment: Any) -> Any:
     if asked.generations is not None and experiment.goal.trials:
         experiment = override(experiment, "goal.trials", "0")
     return experiment
+
+
+def _with_strategy(name: str, experiment: Any) -> Any:
+    """Returns the experiment with another strategy, and what the two have in common."""
+    try:
+        options = carry_over(name, experiment.strategy.options)
+    except ValueError as error:
+        raise RunError(str(error)) from None
+    strategy = dataclasses.replace(experiment.strategy, name=name, options=options)
+    return dataclasses.replace(experiment, strategy=strategy)
 
 
 def _with_links(asked: "Evolve", phases: dict[str, Any], links: str) -> dict[str, Any]:

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from mjxwalk import experiments
-from mjxwalk.cli.parsing import CountOrAll, OptionalFloat, OptionalInt, OutPath, RunFolder
+from mjxwalk.cli.parsing import (
+    CountOrAll,
+    OptionalFloat,
+    OptionalInt,
+    OptionalName,
+    OutPath,
+    RunFolder,
+)
 from mjxwalk.errors import Interrupted, RunError, near
 
 if TYPE_CHECKING:
@@ -30,6 +37,8 @@ class Evolve:
         with its population if that is what the experiment does.
       scale: factor on populations and generations, for a quick look.
       generations: exactly so many, also where the experiment has a goal that ends it earlier.
+      strategy: what to evolve with in place of the experiment's own, such as sep-cma-es; it keeps
+        those of its settings that it takes too. `--set strategy.NAME=VALUE` gives it others.
       population: genotypes a generation.
       terrains: trials of each genotype, each on a terrain of its own.
       roughness: step of the random terrain, m.
@@ -50,6 +59,7 @@ class Evolve:
     source: Annotated[str | None, tyro.conf.arg(name="from", metavar="RUN")] = None
     scale: float = 1.0
     generations: OptionalInt = None
+    strategy: OptionalName = None
     population: OptionalInt = None
     terrains: OptionalInt = None
     roughness: OptionalFloat = None
@@ -118,6 +128,10 @@ class Evolve:
             raise RunError(
                 f"{self.experiment} is a study and starts from zero; --from is for one of its "
                 f"phases {phases}"
+            )
+        if self.strategy is not None:
+            raise RunError(
+                f"{self.experiment} is a study; --strategy is for one of its phases {phases}"
             )
         if self.generations is not None:
             raise RunError(

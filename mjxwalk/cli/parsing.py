@@ -76,7 +76,7 @@ def _primitive(metavar: str, read: Callable[[str], Any], words: str, none: str) 
             raise ValueError(f"must be {words}, got {args[0]!r}") from None
 
     def is_value(value: Any) -> bool:
-        return value is None or isinstance(value, int | float | Path)
+        return value is None or isinstance(value, int | float | str | Path)
 
     def to_words(value: Any) -> list[str]:
         return [none if value is None else str(value)]
@@ -109,6 +109,7 @@ OptionalInt: TypeAlias = Annotated[
 OptionalFloat: TypeAlias = Annotated[
     float | None, _primitive("FLOAT", _finite, "a number", none=EXPERIMENT)
 ]
+OptionalName: TypeAlias = Annotated[str | None, _primitive("NAME", str, "a name", none=EXPERIMENT)]
 CountOrAll: TypeAlias = Annotated[
     int | None, _primitive("INT|all", _count_or_all, "a whole number or all", none="all")
 ]

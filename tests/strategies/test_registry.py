@@ -33,6 +33,14 @@ def test_what_is_wrong_is_said_in_one_sentence(name: str, options: dict[str, Any
         strategies.make(name, population_size=6, **options)
 
 
+def test_hyper_parameters_that_both_take_carry_over():
+    given = {"sigma": 0.05, "initial_sigma": 0.3, "num_elites": 2}
+    assert strategies.carry_over("sep-cma-es", given) == {"sigma": 0.3}
+    assert strategies.carry_over("deep-ga", given) == given
+    with pytest.raises(ValueError, match="did you mean snes"):
+        strategies.carry_over("snse", given)
+
+
 def test_importing_strategies_loads_no_physics():
     loaded = "import sys, mjxwalk.strategies; print('mujoco' in sys.modules)"
     result = subprocess.run([sys.executable, "-c", loaded], capture_output=True, check=True)
