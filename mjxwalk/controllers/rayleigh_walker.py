@@ -64,12 +64,14 @@ class Clock(NamedTuple):
     """Memory.
 
     Attributes:
-      oscillators: where they are, [leg, harmonic].
+      oscillators: where they were, [leg, harmonic].
+      time: when, s.
       left_stance: which leg was the stance leg last.
       contact: which feet touched the ground.
     """
 
     oscillators: Motion
+    time: Float[Array, ""]
     left_stance: Bool[Array, ""]
     contact: Bool[Array, "2"]
 
@@ -95,17 +97,15 @@ class RayleighWalker:
     """Oscillators of human walking as a controller of `Planar7`.
 
     Attributes:
-      timestep: of the oscillators, s; that of the environment.
       posture: factor on the stance hip's answer to the trunk's lean; 0 leaves no sense at all.
       torque_limit: the posture's torque is cut there, N m.
     """
 
-    timestep: float = 0.001
     posture: float = 1.0
     torque_limit: float = 300.0  # as the linear controller's
 
     def __post_init__(self) -> None:
-        positive(self, "timestep", "torque_limit")
+        positive(self, "torque_limit")
         not_negative(self, "posture")
 
     def template(self) -> Gains:
@@ -140,13 +140,16 @@ class RayleighWalker:
     def init(self, genotype: Gains) -> Clock:
         """Returns the oscillators at the left heel's strike."""
         del genotype
-        return Clock(_strike(left=True), jnp.ones((), bool), jnp.ones(2, bool))
+        return Clock(_strike(left=True), jnp.zeros(()), jnp.ones((), bool), jnp.ones(2, bool))
 
     def act(self, genotype: Gains, memory: Clock, observation: Observation) -> tuple[Clock, Action]:
-        """Returns the oscillators a step later, and what the joints are to do."""
+        """Returns the oscillators at the time of the observation, and what the joints are to do."""
         legs, network = _oscillators()
         left_stance = stance_leg(observation.contact, observation.ankle_x, memory.left_stance)
-        oscillators = _landed(genotype, memory, observation)
+        # A clock that runs faster is the same motion in longer steps.
+        own_step = (observation.time - memory.time) * jnp.exp(genotype.tempo)
+        after = legs.step(network, memory.oscillators, own_step)
+        oscillators = _landed(genotype, memory._replace(oscillators=after), observation)
         drawn = legs.read(network, oscillators)
         target = self._target(genotype, network, oscillators, drawn)
         rise = jnp.minimum(observation.time / (RISE_TIME * jnp.exp(genotype.rise)), 1.0)
@@ -156,10 +159,7 @@ class RayleighWalker:
             stiffness=jnp.tile(STIFFNESS * jnp.exp(genotype.stiffness), 2),
             damping=jnp.tile(DAMPING * jnp.exp(genotype.damping), 2),
         )
-        # A clock that runs faster is the same motion in shorter steps of its own time.
-        own_step = self.timestep * jnp.exp(genotype.tempo)
-        after = legs.step(network, oscillators, own_step)
-        return Clock(after, left_stance, observation.contact), action
+        return Clock(oscillators, observation.time, left_stance, observation.contact), action
 
     def weight_table(self, genotype: Gains) -> list[tuple[str, str, str, float]]:
         """Returns a genotype as rows of kind, gene, place and value."""

@@ -20,6 +20,6 @@ RAYLEIGH_WALK = Experiment(
         name="self-adaptive-ga", options={"sigma": 0.05, "initial_sigma": 0.15}
     ),
     population_size=320,
-    generations=250,
+    generations=150,
     terrains_per_evaluation=2,
 )
