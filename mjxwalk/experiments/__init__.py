@@ -79,7 +79,18 @@ _STUDIES = {
         "Solomon et al. (2013) in space: from slightly rough ground to ten times as rough",
         {
             "slight": "spatial walker, from zero, on slightly rough ground",
-            "rough": "around the winner of slight, the ground rougher each generation",
+            "rough": "around the winner of slight, on ever rougher ground",
+        },
+    ),
+    "flame-robust": _Entry(
+        "solomon_3d",
+        "FLAME_ROBUST",
+        "a spatial walker that stays up where the paper's fell",
+        {
+            "slight": "spatial walker, from zero, on slightly rough ground",
+            "rough": "around the winner of slight, on ever rougher ground",
+            "steady": "around the mean of rough, for fewer falls",
+            "robust": "around the mean of steady, finer",
         },
     ),
 }
