@@ -3,7 +3,7 @@
 import dataclasses
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import tyro
 
@@ -12,14 +12,17 @@ from mjxwalk.errors import RunError
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Bench:
-    """Measure the engines against each other, against C MuJoCo and against the CPU's peak.
+    """Measure engines, or strategies, against each other and against those of others.
 
     Attributes:
+      subject: engines, against C MuJoCo and the CPU's peak; or strategies, against evosax and
+        pycma.
       quick: measure less, in about a minute.
       xla: measure the engine lanes-xla also where JAX has only CPUs, for which it compiles slowly.
       json: file to write the numbers to; an old one is replaced.
     """
 
+    subject: tyro.conf.Positional[Literal["engines", "strategies"]] = "engines"
     quick: bool = False
     xla: bool = False
     json: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -32,6 +35,8 @@ class Bench:
         """
         if self.json is not None:
             check_writable(self.json)
+        if self.subject == "strategies":
+            return self._compare_strategies()
         from mjxwalk import engines
 
         engines.prepare()
@@ -45,6 +50,19 @@ class Bench:
         showing.show(measured)
         wrote = "" if self.json is None else f", wrote {self.json}"
         _say(f"took {time.perf_counter() - started:.0f} s{wrote}")
+        return 0
+
+    def _compare_strategies(self) -> int:
+        from mjxwalk.bench import comparing
+
+        try:
+            numbers = comparing.measure_and_show(self.quick, _say)
+        except ImportError as error:
+            raise RunError(
+                f"comparing strategies needs evosax, pip install evosax: {error}"
+            ) from None
+        if self.json is not None:
+            write(self.json, numbers)
         return 0
 
 
