@@ -18,7 +18,8 @@ SCHEMA = 1  # of this file; raise it when a setting changes its meaning
 KEEP = 20
 
 
-# Settings that experiments did not have when older runs were written, and what they did then.
+# Settings that experiments did not have when older runs were written, and what they did then; a
+# table that is not empty is of a group's settings.
 ADDED: dict[str, Any] = {
     "start": "zero",
     "ramp": None,
@@ -176,7 +177,7 @@ def experiment_of(data: dict[str, Any], defaults: Any = None) -> Any:
 def _with_added(data: dict[str, Any], added: dict[str, Any], defaults: Any) -> dict[str, Any]:
     filled = dict(data)
     for name, value in added.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and value:
             if isinstance(data.get(name), dict):
                 filled[name] = _with_added(data[name], value, getattr(defaults, name, None))
         elif dataclasses.is_dataclass(defaults) and name in _field_names(defaults):

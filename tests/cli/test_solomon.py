@@ -49,3 +49,24 @@ def test_a_small_study_goes_through_every_phase_in_two_minutes(tmp_path: Path) -
     assert not gone[:, local_links()].any()
     np.testing.assert_array_equal(gone, sil.population["initiation"] == 0.0)
     assert sil.strategy_state["finished"] or sil.generation == 60
+
+
+@pytest.mark.slow
+def test_a_small_spatial_study_goes_from_slight_to_rough_ground(tmp_path: Path) -> None:
+    path = tmp_path / "study"
+    command = [sys.executable, "-m", "mjxwalk", "evolve", "solomon-3d-rough", "--scale", "0.01"]
+    # The goal's first phase would go on until one walks.
+    settings = ["--set", "slight.goal.trials=0", "--set", "rough.env.max_time=2"]
+    subprocess.run([*command, *settings, "--out", str(path)], check=True, capture_output=True)
+    slight, rough = runs.load(path / "1-slight"), runs.load(path / "2-rough")
+    assert (slight.generation, rough.generation) == (4, 3)
+    assert slight.population["links"].shape == (10, 7, 26)
+    given = start.read(path / "2-rough").genotype["links"]
+    np.testing.assert_array_equal(given, walkers.best(path / "1-slight").genotype.links)
+    held = tournament.read(path / "2-rough")
+    assert held is not None and held.roughness_m == 0.02
+    assert [each.name for each in held.conditions] == [
+        "as evolved",
+        "half the time step",
+        "perturbed starts",
+    ]
