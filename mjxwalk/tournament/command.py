@@ -48,10 +48,16 @@ class HoldTournament:
         """
         self._check()
         from mjxwalk import engines, tournament, walkers
+        from mjxwalk.fitting import Fitting
         from mjxwalk.tournament import showing
 
         engines.prepare()
         entrants = walkers.find(self.source)
+        if isinstance(entrants.experiment, Fitting):
+            raise RunError(
+                f"{self.source} is a fit, whose figures know no chance, so there is nothing to "
+                f"compete in; see mjxwalk report {self.source}"
+            )
         changed = self._on_ground(entrants)
         try:
             held = tournament.hold(

@@ -136,6 +136,8 @@ def test_a_fit_runs_from_the_command_line(tmp_path: Path, capsys: pytest.Capture
     }
     champion = walkers.best(out)
     assert champion.experiment.network == RAYLEIGH.network
+    assert cli.main(["tournament", str(out)]) != 0
+    assert "is a fit" in capsys.readouterr().err
     # The champion is the fittest that there ever was: one genotype has one fitness.
     again = float(champion.experiment.rollout(champion.genotype, None).fitness)
     assert again == pytest.approx(np.nanmax(run.metrics["best_fitness"]), rel=1e-4)
