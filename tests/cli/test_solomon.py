@@ -59,7 +59,7 @@ def test_a_small_spatial_study_goes_from_slight_to_rough_ground(tmp_path: Path) 
     settings = ["--set", "slight.goal.trials=0", "--set", "rough.env.max_time=2"]
     subprocess.run([*command, *settings, "--out", str(path)], check=True, capture_output=True)
     slight, rough = runs.load(path / "1-slight"), runs.load(path / "2-rough")
-    assert (slight.generation, rough.generation) == (4, 3)
+    assert (slight.generation, rough.generation) == (20, 3)
     assert slight.population["links"].shape == (10, 7, 26)
     given = start.read(path / "2-rough").genotype["links"]
     np.testing.assert_array_equal(given, walkers.best(path / "1-slight").genotype.links)
