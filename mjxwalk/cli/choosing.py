@@ -57,6 +57,8 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
         )
     except (ValueError, TypeError) as error:
         raise RunError(str(error)) from None
+    if isinstance(experiment, Fitting):
+        experiment.describe()  # reads what it is to be fitted to
     if experiment.start == "zero":
         return settings, None
     if asked.source is None:

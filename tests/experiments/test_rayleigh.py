@@ -182,3 +182,13 @@ def test_harmonics_follow_hip_and_knee_within_two_degrees(tmp_path: Path):
     found = runs.load(out).result
     assert found is not None
     assert max(found.champion.figures.values()) < 2.0
+
+
+def test_a_wrong_gait_is_one_sentence_and_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gait, out = tmp_path / "gait.csv", tmp_path / "run"
+    gait.write_text("a,b\n1,2\n")
+    assert cli.main(["evolve", "rayleigh", "--set", f"gait={gait}", "--out", str(out)]) == 2
+    assert f"{gait}, line 1: the first column must be" in capsys.readouterr().err
+    assert not out.exists()
