@@ -176,7 +176,6 @@ def _fil(name: str, lpd: Experiment, controller: LinearReactive) -> Experiment:
         controller=controller,
         strategy=_around(sigma=0.005),  # section 2.7.3
         generations=3_000,  # section 2.7.3
-        terrains_per_evaluation=TERRAINS,
         start="winner",
     )
 

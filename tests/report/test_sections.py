@@ -34,12 +34,12 @@ def texts(table: Table) -> dict[str, list[str]]:
 def test_fitness_of_a_larger_budget_is_scaled_down() -> None:
     variants = {"lpd": [phase("lpd")], "fil": [phase("fil")]}
     data = drawn(fitness.section(variants))
-    # LPD has three times the budget of FIL.
-    assert data["fittest_m"].tolist() == pytest.approx([1 / 3, 2 / 3, 4 / 3, 1, 2, 4])
+    # LPD evolves with nine times the budget of FIL.
+    assert data["fittest_m"].tolist() == pytest.approx([1 / 9, 2 / 9, 4 / 9, 1, 2, 4])
     assert data["phase"].tolist() == ["lpd"] * 3 + ["fil"] * 3
-    assert data["factor"].tolist() == pytest.approx([1 / 3] * 3 + [1] * 3)
+    assert data["factor"].tolist() == pytest.approx([1 / 9] * 3 + [1] * 3)
     caption = pictures(fitness.section(variants))["figure-4a"].caption
-    assert "Fitness of lpd is times 0.33" in caption
+    assert "Fitness of lpd is times 0.11" in caption
 
 
 def test_pruning_is_stretched_to_the_mean_length_and_ends_where_it_ended() -> None:
