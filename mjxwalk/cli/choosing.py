@@ -57,8 +57,7 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
         )
     except (ValueError, TypeError) as error:
         raise RunError(str(error)) from None
-    if isinstance(experiment, Fitting):
-        experiment.describe()  # reads what it is to be fitted to
+    _read_target(experiment)
     if experiment.start == "zero":
         return settings, None
     if asked.source is None:
@@ -68,6 +67,16 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
         )
     given, origin = starting.prepare(experiment, asked.source)
     return dataclasses.replace(settings, origin=origin), given
+
+
+def _read_target(experiment: Any) -> None:
+    """Reads what a fit is fitted to, so that what is wrong with it is told before its run is made.
+
+    Raises:
+      RunError: it cannot be read.
+    """
+    if isinstance(experiment, Fitting):
+        experiment.describe()
 
 
 def choose_study(asked: "Evolve") -> StudyConfig:
