@@ -50,17 +50,12 @@ class CompareIntegrators:
         return 0
 
     def _try(self, experiment: Any, genotype: Any) -> str:
-        import jax
-        import numpy as np
-
         from mjxwalk import engines
-        from mjxwalk.evaluation import make_evaluator
+        from mjxwalk.analysis.trials import try_alone
         from mjxwalk.evolution.measuring import cost_of_transport, speed
 
         engines.prepare()
-        heights = experiment.sample_terrains(jax.random.key(self.seed), self.terrains)
-        population = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
-        trials = make_evaluator(experiment, "auto").evaluate(population, heights)
+        trials = try_alone(experiment, genotype, terrains=self.terrains, seed=self.seed)
         return (
             f"{trials.distance.mean():.2f} | {trials.fell.mean():.1%} | "
             f"{speed(trials.distance, trials.duration):.3f} | "

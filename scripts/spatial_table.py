@@ -85,14 +85,10 @@ class SpatialTable:
         }
 
     def _try(self, experiment: Any, genotype: Any) -> dict[str, float]:
-        import jax
-
-        from mjxwalk.evaluation import make_evaluator
+        from mjxwalk.analysis.trials import try_alone
         from mjxwalk.evolution.measuring import cost_of_transport, speed
 
-        alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
-        heights = experiment.sample_terrains(jax.random.key(self.seed), self.terrains)
-        tried = make_evaluator(experiment, "auto").evaluate(alone, heights)
+        tried = try_alone(experiment, genotype, terrains=self.terrains, seed=self.seed)
         return {
             "distance (m)": float(tried.distance.mean()),
             "falls": float(tried.fell.mean()),

@@ -5,7 +5,7 @@ from mjxwalk.strategies.ars import ARSState, ars
 from mjxwalk.strategies.base import Genotype, Mask, Masks, Population, Strategy
 from mjxwalk.strategies.bounds import with_bounds
 from mjxwalk.strategies.cma_es import CMAESState, cma_es
-from mjxwalk.strategies.deep_ga import DeepGAState, deep_ga
+from mjxwalk.strategies.deep_ga import deep_ga
 from mjxwalk.strategies.evaluation import evaluator
 from mjxwalk.strategies.evosax import (
     EvosaxAlgorithm,
@@ -14,6 +14,7 @@ from mjxwalk.strategies.evosax import (
     from_evosax,
     to_evosax,
 )
+from mjxwalk.strategies.generations import GAState
 from mjxwalk.strategies.hybrid_ga import HybridGAState, hybrid_ga
 from mjxwalk.strategies.islands import IslandsState, with_islands
 from mjxwalk.strategies.map_elites import MapElites, MapElitesMetrics, MapElitesState, map_elites
@@ -44,18 +45,18 @@ from mjxwalk.strategies.self_adaptive_ga import (
 )
 from mjxwalk.strategies.sep_cma_es import SepCMAESState, sep_cma_es
 from mjxwalk.strategies.snes import SNESState, snes
-from mjxwalk.strategies.truncation_ga import TruncationGAState, truncation_ga
-from mjxwalk.strategies.two_point_ga import TwoPointGAState, two_point_ga
+from mjxwalk.strategies.truncation_ga import truncation_ga
+from mjxwalk.strategies.two_point_ga import two_point_ga
 from mjxwalk.strategies.xnes import XNESState, xnes
 
 __all__ = [
     "FACTORIES",
     "ARSState",
     "CMAESState",
-    "DeepGAState",
     "EvosaxAlgorithm",
     "FitnessSummary",
     "FromEvosaxState",
+    "GAState",
     "Genotype",
     "HybridGAState",
     "Individual",
@@ -83,8 +84,6 @@ __all__ = [
     "SepCMAESState",
     "Strategy",
     "ToEvosaxState",
-    "TruncationGAState",
-    "TwoPointGAState",
     "XNESState",
     "ars",
     "carry_over",

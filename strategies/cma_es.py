@@ -118,8 +118,8 @@ def _tell(
     steps = (genotypes - state.mean) / state.sigma
     step = weights[: rates.num_parents] @ steps[: rates.num_parents]
     white_step = state.axes @ ((step @ state.axes) / state.lengths)
-    paths, stalls, growth = advance_paths(state.paths, step, white_step, state.generation, rates)
-    covariance = _update_covariance(state, steps, weights, paths.covariance, stalls, rates)
+    paths, regained, growth = advance_paths(state.paths, step, white_step, state.generation, rates)
+    covariance = _update_covariance(state, steps, weights, paths.covariance, regained, rates)
     axes, lengths = _decompose_now_and_then(state, covariance, rates)
     deviations = state.sigma * jnp.sqrt(jnp.diag(state.covariance))
     new_state = state._replace(
@@ -139,7 +139,7 @@ def _update_covariance(
     steps: Float[Array, "pop dim"],
     weights: Float[Array, " pop"],
     path: Float[Array, " dim"],
-    stalls: Array,
+    regained: Float[Array, ""],
     rates: Rates,
 ) -> Float[Array, "dim dim"]:
     """Returns the covariance matrix after a generation, equations 46 and 47."""
@@ -151,7 +151,6 @@ def _update_covariance(
     # A genotype that was moved to where it drew from would else count without bound.
     weights = jnp.where(jnp.isfinite(weights), weights, 0.0)
     lost = rates.rank_one + rates.rank_many * float(rates.weights.sum())
-    regained = jnp.where(stalls, rates.rank_one * rates.path_decay * (2 - rates.path_decay), 0.0)
     return (
         (1 - lost + regained) * state.covariance
         + rates.rank_one * jnp.outer(path, path)

@@ -9,33 +9,17 @@ ten best; here the elite is the fittest told, and further trials are for the cal
 import functools
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.strategies import checks, draws, vectors
+from mjxwalk.strategies import checks, draws, generations, vectors
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
+from mjxwalk.strategies.generations import GAState
 from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 from mjxwalk.strategies.operators import best_first
 
 NUM_PARENTS = 20  # Such et al. (2017), table 2, of a population of 1,001
 NUM_ELITES = 1  # algorithm 1
-
-
-class DeepGAState(NamedTuple):
-    """State between generations; all that `ask` gives out next is in it.
-
-    Attributes:
-      population: genotypes of the generation to be evaluated next.
-      generation: number of that generation, 0 before the first `tell`.
-      best_genotype: fittest of the generation told last; the template before the first.
-      best_fitness: its fitness; NaN before the first `tell` or if all of that generation was NaN.
-    """
-
-    population: Population
-    generation: Int[Array, ""]
-    best_genotype: Genotype
-    best_fitness: Float[Array, ""]
 
 
 class _Settings(NamedTuple):
@@ -55,7 +39,7 @@ def deep_ga(
     initial_sigma: Tree,
     num_parents: int = NUM_PARENTS,
     num_elites: int = NUM_ELITES,
-) -> Strategy[DeepGAState, FitnessSummary]:
+) -> Strategy[GAState, FitnessSummary]:
     """Returns the genetic algorithm of Such et al. (2017), algorithm 1.
 
     Args:
@@ -81,28 +65,20 @@ def deep_ga(
     return Strategy(
         population_size=population_size,
         init=functools.partial(_init, settings),
-        ask=_ask,
+        ask=generations.ask,
         tell=functools.partial(_tell, settings),
     )
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> DeepGAState:
+def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> GAState:
     checks.check_template(template)
     vectors.spread("sigma", settings.sigma, template)  # to refuse what does not fit
     start = vectors.flatten(template)
     initial_sigma = vectors.spread("initial_sigma", settings.initial_sigma, template)
     noise = vectors.standard_normals(key, settings.population_size, start)
-    return DeepGAState(
-        population=vectors.unflatten_population(start + initial_sigma * noise, template),
-        generation=jnp.zeros((), jnp.int32),
-        best_genotype=jax.tree.map(jnp.asarray, template),
-        best_fitness=jnp.full((), jnp.nan, float),
+    return generations.begin(
+        vectors.unflatten_population(start + initial_sigma * noise, template), template
     )
-
-
-def _ask(key: PRNGKeyArray, state: DeepGAState) -> tuple[Population, DeepGAState]:
-    del key
-    return state.population, state
 
 
 def _tell(
@@ -110,8 +86,8 @@ def _tell(
     key: PRNGKeyArray,
     population: Population,
     fitness: Float[Array, " pop"],
-    state: DeepGAState,
-) -> tuple[DeepGAState, FitnessSummary]:
+    state: GAState,
+) -> tuple[GAState, FitnessSummary]:
     checks.check_told(settings.population_size, population, fitness)
     sigma = vectors.spread("sigma", settings.sigma, state.best_genotype)
     order = best_first(fitness)
@@ -122,12 +98,10 @@ def _tell(
     noise = draws.normals(moves).astype(sigma.dtype)
     offspring = genotypes[order[picked]] + sigma * noise
     elites = genotypes[order[: settings.num_elites]]
-    new_state = DeepGAState(
-        population=vectors.unflatten_population(
-            jnp.concatenate([elites, offspring]), state.best_genotype
-        ),
-        generation=state.generation + 1,
-        best_genotype=vectors.unflatten(genotypes[order[0]], state.best_genotype),
-        best_fitness=fitness[order[0]].astype(state.best_fitness.dtype),
+    new_state = generations.advance(
+        state,
+        vectors.unflatten_population(jnp.concatenate([elites, offspring]), state.best_genotype),
+        vectors.unflatten(genotypes[order[0]], state.best_genotype),
+        fitness[order[0]],
     )
     return new_state, summarise_fitness(fitness)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 
 class Rates(NamedTuple):
@@ -101,8 +101,8 @@ def advance_paths(
     white_step: Float[Array, " dim"],
     generation: Int[Array, ""],
     rates: Rates,
-) -> tuple[Paths, Bool[Array, ""], Float[Array, ""]]:
-    """Returns the paths one step further, whether they stalled, and the growth of the step size.
+) -> tuple[Paths, Float[Array, ""], Float[Array, ""]]:
+    """Returns the paths one step further, what the old covariance regains, and the step's growth.
 
     Args:
       paths: before.
@@ -112,8 +112,9 @@ def advance_paths(
       rates: constants.
 
     Returns:
-      Paths, equations 43 and 45; whether the path of the covariance matrix stood still because
-      that of the step size is long, 1 - h_sigma; and the factor on the step size, equation 44.
+      Paths, equations 43 and 45; the share that the covariance matrix keeps more of, since its
+      path stood still because that of the step size is long, (1 - h_sigma) of equation 47; and the
+      factor on the step size, equation 44.
     """
     keep = 1 - rates.sigma_decay
     push = math.sqrt(rates.sigma_decay * (2 - rates.sigma_decay) * rates.effective_parents)
@@ -126,4 +127,5 @@ def advance_paths(
     covariance = (1 - rates.path_decay) * paths.covariance + jnp.where(stalls, 0.0, push * step)
     growth = rates.sigma_decay / rates.sigma_damping * (length / rates.expected_norm - 1)
     # pycma bounds it likewise, against the length of a first step far outside.
-    return Paths(sigma, covariance), stalls, jnp.exp(jnp.minimum(growth, 1.0))
+    regained = jnp.where(stalls, rates.rank_one * rates.path_decay * (2 - rates.path_decay), 0.0)
+    return Paths(sigma, covariance), regained, jnp.exp(jnp.minimum(growth, 1.0))

@@ -13,6 +13,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
+from mjxwalk.strategies.generations import GAState
 from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 from mjxwalk.strategies.pattern_search import (
     CONTRACTION,
@@ -27,7 +28,6 @@ from mjxwalk.strategies.two_point_ga import (
     CROSSOVER_FRACTION,
     MUTATION_RATE,
     NUM_ELITES,
-    TwoPointGAState,
     two_point_ga,
 )
 
@@ -42,7 +42,7 @@ class HybridGAState(NamedTuple):
       finished: whether the pattern search has come to its end.
     """
 
-    breeding: TwoPointGAState
+    breeding: GAState
     searching: PatternSearchState
     generation: Int[Array, ""]
     finished: Bool[Array, ""]
@@ -110,7 +110,7 @@ def hybrid_ga(
 
 
 def in_turn(
-    breeder: Strategy[TwoPointGAState, FitnessSummary],
+    breeder: Strategy[GAState, FitnessSummary],
     searcher: Strategy[PatternSearchState, PatternSearchMetrics],
     *,
     after: int,

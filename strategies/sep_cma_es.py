@@ -108,10 +108,9 @@ def _tell(
     parents = truncation_selection(fitness, rates.num_parents)
     steps = (vectors.flatten_population(population)[parents] - state.mean) / state.sigma
     step = weights @ steps
-    paths, stalls, growth = advance_paths(
+    paths, regained, growth = advance_paths(
         state.paths, step, step / state.lengths, state.generation, rates
     )
-    regained = jnp.where(stalls, rates.rank_one * rates.path_decay * (2 - rates.path_decay), 0.0)
     variances = (
         (1 - rates.rank_one - rates.rank_many + regained) * state.lengths**2
         + rates.rank_one * paths.covariance**2

@@ -11,31 +11,16 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.strategies import checks, draws, vectors
+from mjxwalk.strategies import checks, draws, generations, vectors
 from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.generations import GAState
 from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 from mjxwalk.strategies.operators import best_first
 from mjxwalk.strategies.two_point_ga import check_bounds, uniform_mutation
 
 SUBSTITUTIONS = 1.0  # a genotype, on average; Reil & Massey (2001)
-
-
-class TruncationGAState(NamedTuple):
-    """State between generations; all that `ask` gives out next is in it.
-
-    Attributes:
-      population: genotypes of the generation to be evaluated next.
-      generation: number of that generation, 0 before the first `tell`.
-      best_genotype: fittest of the generation told last; the template before the first.
-      best_fitness: its fitness; NaN before the first `tell` or if all of that generation was NaN.
-    """
-
-    population: Population
-    generation: Int[Array, ""]
-    best_genotype: Genotype
-    best_fitness: Float[Array, ""]
 
 
 class _Settings(NamedTuple):
@@ -53,7 +38,7 @@ def truncation_ga(
     lower: Tree,
     upper: Tree,
     substitutions: ScalarLike = SUBSTITUTIONS,
-) -> Strategy[TruncationGAState, FitnessSummary]:
+) -> Strategy[GAState, FitnessSummary]:
     """Returns the genetic algorithm of Reil & Massey (2001); generation 0 is uniform in the bounds.
 
     Args:
@@ -72,27 +57,17 @@ def truncation_ga(
     return Strategy(
         population_size=population_size,
         init=functools.partial(_init, settings),
-        ask=_ask,
+        ask=generations.ask,
         tell=functools.partial(_tell, settings),
     )
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> TruncationGAState:
+def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> GAState:
     checks.check_template(template)
     lower, upper = _bounds(settings, template)
     (words,) = draws.draw_words(key, settings.population_size, [lower.size])
     genotypes = lower + (upper - lower) * draws.uniforms(words).astype(lower.dtype)
-    return TruncationGAState(
-        population=vectors.unflatten_population(genotypes, template),
-        generation=jnp.zeros((), jnp.int32),
-        best_genotype=jax.tree.map(jnp.asarray, template),
-        best_fitness=jnp.full((), jnp.nan, float),
-    )
-
-
-def _ask(key: PRNGKeyArray, state: TruncationGAState) -> tuple[Population, TruncationGAState]:
-    del key
-    return state.population, state
+    return generations.begin(vectors.unflatten_population(genotypes, template), template)
 
 
 def _tell(
@@ -100,8 +75,8 @@ def _tell(
     key: PRNGKeyArray,
     population: Population,
     fitness: Float[Array, " pop"],
-    state: TruncationGAState,
-) -> tuple[TruncationGAState, FitnessSummary]:
+    state: GAState,
+) -> tuple[GAState, FitnessSummary]:
     checks.check_told(settings.population_size, population, fitness)
     lower, upper = _bounds(settings, state.best_genotype)
     order = best_first(fitness)
@@ -113,13 +88,11 @@ def _tell(
     mutate = jax.vmap(uniform_mutation, in_axes=(0, None, None, None, 0))
     copies = mutate(genotypes[:num_copies], lower, upper, rate, uniform)
     kept = genotypes[: settings.population_size - num_copies]
-    new_state = TruncationGAState(
-        population=vectors.unflatten_population(
-            jnp.concatenate([kept, copies]), state.best_genotype
-        ),
-        generation=state.generation + 1,
-        best_genotype=vectors.unflatten(genotypes[0], state.best_genotype),
-        best_fitness=fitness[order[0]].astype(state.best_fitness.dtype),
+    new_state = generations.advance(
+        state,
+        vectors.unflatten_population(jnp.concatenate([kept, copies]), state.best_genotype),
+        vectors.unflatten(genotypes[0], state.best_genotype),
+        fitness[order[0]],
     )
     return new_state, summarise_fitness(fitness)
 

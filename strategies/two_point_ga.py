@@ -24,29 +24,14 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from mjxwalk.strategies import checks, draws, operators, prefixes
+from mjxwalk.strategies import checks, draws, generations, operators, prefixes
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
+from mjxwalk.strategies.generations import GAState
 from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 
 NUM_ELITES = 2  # section 4.3.3, step 4a
 CROSSOVER_FRACTION = 0.99  # section 4.3.3, step 4b; its table has 0.999
 MUTATION_RATE = 0.01  # section 4.3.3, step 4c, of each gene; its "fraction" is 0.001
-
-
-class TwoPointGAState(NamedTuple):
-    """State between generations; all that `ask` gives out next is in it.
-
-    Attributes:
-      population: genotypes of the generation to be evaluated next.
-      generation: number of that generation, 0 before the first `tell`.
-      best_genotype: fittest of the generation told last; the template before the first.
-      best_fitness: its fitness; NaN before the first `tell` or if all of that generation was NaN.
-    """
-
-    population: Population
-    generation: Int[Array, ""]
-    best_genotype: Genotype
-    best_fitness: Float[Array, ""]
 
 
 class _Settings(NamedTuple):
@@ -80,7 +65,7 @@ def two_point_ga(
     crossover_fraction: float | int = CROSSOVER_FRACTION,
     mutation_rate: float | int = MUTATION_RATE,
     keep_template: bool = False,
-) -> Strategy[TwoPointGAState, FitnessSummary]:
+) -> Strategy[GAState, FitnessSummary]:
     """Returns the genetic algorithm of the thesis; generation 0 is uniform between the bounds.
 
     `lower` and `upper` are one value for all weights, or a pytree prefix of the template whose
@@ -117,7 +102,7 @@ def two_point_ga(
     return Strategy(
         population_size=population_size,
         init=functools.partial(_init, settings),
-        ask=_ask,
+        ask=generations.ask,
         tell=functools.partial(_tell, settings),
     )
 
@@ -218,7 +203,7 @@ def uniform_mutation(
     return jnp.where(draws[0] < rate, drawn, genotype)
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> TwoPointGAState:
+def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> GAState:
     checks.check_template(template)
     lower, upper = flat_bounds(settings.lower, settings.upper, template)
     flat, unflatten = ravel_pytree(template)
@@ -226,17 +211,7 @@ def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> TwoPoin
     flats = lower + (upper - lower) * draws.uniforms(words).astype(flat.dtype)
     if settings.keep_template:
         flats = flats.at[0].set(flat)
-    return TwoPointGAState(
-        population=jax.vmap(unflatten)(flats),
-        generation=jnp.zeros((), jnp.int32),
-        best_genotype=jax.tree.map(jnp.asarray, template),
-        best_fitness=jnp.full((), jnp.nan, float),
-    )
-
-
-def _ask(key: PRNGKeyArray, state: TwoPointGAState) -> tuple[Population, TwoPointGAState]:
-    del key
-    return state.population, state
+    return generations.begin(jax.vmap(unflatten)(flats), template)
 
 
 def _tell(
@@ -244,19 +219,19 @@ def _tell(
     key: PRNGKeyArray,
     population: Population,
     fitness: Float[Array, " pop"],
-    state: TwoPointGAState,
-) -> tuple[TwoPointGAState, FitnessSummary]:
+    state: GAState,
+) -> tuple[GAState, FitnessSummary]:
     checks.check_told(settings.population_size, population, fitness)
     _, unflatten = ravel_pytree(state.best_genotype)
     flats = jax.vmap(lambda tree: ravel_pytree(tree)[0])(population)
     order = operators.best_first(fitness)
     flats = flats[order]
     offspring = _breed(settings, key, flats, state.best_genotype)
-    new_state = TwoPointGAState(
-        population=jax.vmap(unflatten)(jnp.concatenate([flats[: settings.num_elites], offspring])),
-        generation=state.generation + 1,
-        best_genotype=unflatten(flats[0]),
-        best_fitness=fitness[order[0]].astype(state.best_fitness.dtype),
+    new_state = generations.advance(
+        state,
+        jax.vmap(unflatten)(jnp.concatenate([flats[: settings.num_elites], offspring])),
+        unflatten(flats[0]),
+        fitness[order[0]],
     )
     return new_state, summarise_fitness(fitness)
 

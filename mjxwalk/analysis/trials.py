@@ -7,7 +7,9 @@ import numpy as np
 
 from mjxwalk import replay
 from mjxwalk.envs import Terrain
+from mjxwalk.evaluation import make_evaluator
 from mjxwalk.replay import Recording
+from mjxwalk.rollout import Outcome
 
 TRIALS = 100  # Solomon et al. (2013), section 3.4, of each winner
 # Folded into the seed's key, it leads away from the keys of runs and tournaments.
@@ -53,3 +55,17 @@ def record_trials(
         frames_per_second=frames_per_second,
         engine=engine,
     )
+
+
+def try_alone(experiment: Any, genotype: Any, *, terrains: int, seed: int) -> Outcome:
+    """Returns one walker's outcomes as numpy arrays [1, terrain], by the fastest engine.
+
+    Args:
+      experiment: that it is tried in, as it is.
+      genotype: of the walker.
+      terrains: number of them.
+      seed: of the terrains.
+    """
+    alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
+    heights = experiment.sample_terrains(jax.random.key(seed), terrains)
+    return make_evaluator(experiment, "auto").evaluate(alone, heights)

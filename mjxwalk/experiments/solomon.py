@@ -190,20 +190,16 @@ def _sil(study: str, fil: Experiment) -> Experiment:
     )
 
 
-def _study(name: str, *phases: Experiment) -> Study:
-    return Study(name=name, phases=tuple((e.name.removeprefix(f"{name}/"), e) for e in phases))
-
-
 def _pruned(study: str, *before: Experiment) -> Study:
     """Returns the study that goes on from LPD to FIL and SIL."""
     fil = _fil(f"{study}/fil", before[-1], LinearReactive(links="all"))
-    return _study(study, *before, fil, _sil(study, fil))
+    return Study.of(study, *before, fil, _sil(study, fil))
 
 
 def _reduced(study: str) -> Study:
     lpd = _lpd(study)
     rsil = _fil(f"{study}/rsil", lpd, LinearReactive(links=RSIL_LINKS))
-    return _study(study, _walk(study), _rough(study), _steady(study), lpd, rsil)
+    return Study.of(study, _walk(study), _rough(study), _steady(study), lpd, rsil)
 
 
 SOLOMON_2D = _pruned(

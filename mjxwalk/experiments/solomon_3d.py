@@ -93,14 +93,10 @@ def _steady(study: str, name: str, sigma: float) -> Experiment:
     )
 
 
-def _study(name: str, *phases: Experiment) -> Study:
-    return Study(name=name, phases=tuple((e.name.removeprefix(f"{name}/"), e) for e in phases))
-
-
-SOLOMON_3D_ROUGH = _study(
+SOLOMON_3D_ROUGH = Study.of(
     "solomon-3d-rough", _slight("solomon-3d-rough"), _rough("solomon-3d-rough")
 )
-FLAME_ROBUST = _study(
+FLAME_ROBUST = Study.of(
     "flame-robust",
     _slight("flame-robust"),
     _rough("flame-robust"),

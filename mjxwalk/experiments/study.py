@@ -33,6 +33,13 @@ class Study:
         if first.start != "zero":
             raise ValueError(f"{first.name} comes first and must start from zero")
 
+    @classmethod
+    def of(cls, name: str, *experiments: Any) -> "Study":
+        """Returns the study of experiments that are named STUDY/PHASE, first to last."""
+        return cls(
+            name=name, phases=tuple((e.name.removeprefix(f"{name}/"), e) for e in experiments)
+        )
+
     def phase(self, name: str) -> Any:
         """Returns a phase's experiment.
 
