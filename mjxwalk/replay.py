@@ -28,11 +28,13 @@ class Recording(NamedTuple):
       time: since the start of the trial, s.
       done: whether the trial had ended.
       states: the environment's, leaves [frame, walker, ...].
+      memories: the controllers', likewise; None where nobody kept them.
     """
 
     time: Float[np.ndarray, "frame walker"]
     done: Bool[np.ndarray, "frame walker"]
     states: Any
+    memories: Any = None
 
 
 def record(
@@ -79,16 +81,17 @@ def record(
     walks: Any = jax.tree.map(lambda *leaves: np.concatenate(leaves), *posts)
     rows = np.tile(terrain.row, num_posts)
     repeated = jax.tree.map(lambda leaf: np.concatenate([leaf] * num_posts), genotypes)
-    frames = [walks.state]
+    frames = [walks]
     for _ in range(stride - 1):
         walks = proceed(walks, repeated, terrain._replace(row=rows), np.int32(steps))
-        frames.append(walks.state)
+        frames.append(walks)
 
-    states: Any = jax.tree.map(lambda *leaves: _in_order(leaves, num_posts, num_frames), *frames)
-    ended = np.flatnonzero(states.done.all(axis=1))
+    walks = jax.tree.map(lambda *leaves: _in_order(leaves, num_posts, num_frames), *frames)
+    ended = np.flatnonzero(walks.state.done.all(axis=1))
     if ended.size:
-        states = jax.tree.map(lambda leaf: leaf[: ended[0] + 1], states)
-    return Recording((states.num_steps * env.timestep).astype(np.float32), states.done, states)
+        walks = jax.tree.map(lambda leaf: leaf[: ended[0] + 1], walks)
+    time = (walks.state.num_steps * env.timestep).astype(np.float32)
+    return Recording(time, walks.state.done, walks.state, walks.memory)
 
 
 @functools.lru_cache(maxsize=8)

@@ -36,6 +36,10 @@ COMMANDS: Mapping[str, Entry] = {
     "tournament": Entry(
         "mjxwalk.tournament.command", "HoldTournament", "find the best walker of a run and try it"
     ),
+    "watch": Entry("mjxwalk.watch.command", "Watch", "write a page on which walkers walk, in 3D"),
+    "verify": Entry(
+        "mjxwalk.verify.command", "Verify", "walk the best walker again in C MuJoCo, and compare"
+    ),
     "report": Entry("mjxwalk.report.command", "Report", "write one page on runs, beside the paper"),
     "list": Entry("mjxwalk.cli.list", "List", "show experiments, the zoo, and runs"),
     "doctor": Entry("mjxwalk.doctor", "Doctor", "show versions, devices, and what is missing"),

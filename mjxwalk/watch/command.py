@@ -1,0 +1,144 @@
+"""The command `mjxwalk watch`."""
+
+import dataclasses
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mjxwalk.cli.parsing import OptionalFloat
+from mjxwalk.errors import RunError
+from mjxwalk.tournament.command import Source
+
+if TYPE_CHECKING:
+    from mjxwalk.watch.casting import Cast
+
+MOST = 16  # walkers on a page; ours: what a phone draws smoothly
+MAX_ROUGHNESS = 0.2  # m; ours: ten times the paper's roughest, a stair of a fifth of a leg
+MAX_SECONDS = 600.0  # ours: ten times the longest trial of an experiment
+FILE = "watch.html"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Watch:
+    """Write a page on which walkers walk, in 3D, with their angles, torques and forces.
+
+    It shows the tournament's winner, else the champion, else the fittest so far. The page is one
+    file, which needs no network.
+
+    Attributes:
+      source: folder of a run, finished or not, or a walker that ships with mjxwalk.
+      generation: whose fittest walker to show; of --walkers, whose population.
+      walkers: number of the fittest of a population to show side by side, at most 16.
+      champions: number of generations whose fittest to show side by side, at most 16: how it
+        learned.
+      terrain_seed: of the random ground.
+      roughness: step of the random ground, m.
+      seconds: after which the recording ends.
+      out: the page; RUN/watch.html of a run, NAME.html of the zoo.
+      open: whether to open it in a browser.
+    """
+
+    source: Source
+    generation: int | None = None
+    walkers: int | None = None
+    champions: int | None = None
+    terrain_seed: int = 0
+    roughness: OptionalFloat = None
+    seconds: float = 60.0
+    out: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    open: bool = False
+
+    def run(self) -> int:
+        """Writes the page, says where, and returns the exit code.
+
+        Raises:
+          RunError: an argument is wrong, or there is no such walker.
+        """
+        self._check()
+        out = self.out or self._default()
+        _check_writable(out)
+        from mjxwalk import engines
+        from mjxwalk.runs import files
+        from mjxwalk.watch import page, recording
+        from mjxwalk.watch.recording import Trial
+
+        engines.prepare()
+        cast = self._on_ground(self._cast())
+        show, series = recording.perform(
+            cast, Trial(terrain_seed=self.terrain_seed, seconds=self.seconds)
+        )
+        files.replace(out, page.render(show, series).encode())
+        for walker in show.walkers:
+            print(f"{walker.label}: {walker.figures.distance_m:.1f} m, {walker.why}")
+        print(out)
+        if self.open:
+            import webbrowser
+
+            webbrowser.open(out.resolve().as_uri())
+        return 0
+
+    def _check(self) -> None:
+        """Finds wrong arguments that can be found without the second that importing JAX takes."""
+        from mjxwalk import walkers
+
+        for flag in ("walkers", "champions"):
+            value = getattr(self, flag)
+            if value is not None and not 1 <= value <= MOST:
+                raise RunError(f"--{flag} must be from 1 to {MOST}, got {value}")
+        if self.walkers is not None and self.champions is not None:
+            raise RunError("--walkers is of one generation, --champions of several; give one")
+        if self.generation is not None and self.generation < 1:
+            raise RunError(f"--generation must be at least 1, got {self.generation}")
+        if self.generation is not None and self.champions is not None:
+            raise RunError("--champions is of several generations; leave out --generation")
+        if not 0 <= self.terrain_seed < 2**32:
+            raise RunError(f"--terrain-seed must be from 0 to {2**32 - 1}, got {self.terrain_seed}")
+        if self.roughness is not None and not 0 <= self.roughness <= MAX_ROUGHNESS:
+            raise RunError(f"--roughness must be from 0 to {MAX_ROUGHNESS} m, got {self.roughness}")
+        if not (math.isfinite(self.seconds) and 0.1 <= self.seconds <= MAX_SECONDS):
+            raise RunError(f"--seconds must be from 0.1 to {MAX_SECONDS:g}, got {self.seconds}")
+        walkers.check(self.source)
+
+    def _default(self) -> Path:
+        from mjxwalk import walkers
+
+        if walkers.in_zoo(self.source):
+            return Path(f"{self.source.removeprefix(walkers.ZOO)}.html")
+        return Path(self.source) / FILE
+
+    def _cast(self) -> "Cast":
+        from mjxwalk.watch import casting
+
+        if self.champions is not None:
+            return casting.champions(self.source, self.champions)
+        if self.walkers is not None:
+            return casting.population(self.source, self.walkers, self.generation)
+        if self.generation is not None:
+            return casting.fittest(self.source, self.generation)
+        return casting.best(self.source)
+
+    def _on_ground(self, cast: "Cast") -> "Cast":
+        from mjxwalk.settings import override
+
+        experiment = cast.experiment.tried()
+        if self.roughness is not None:
+            experiment = override(experiment, "env.terrain.roughness", str(self.roughness))
+        return dataclasses.replace(cast, experiment=experiment)
+
+
+def _check_writable(path: Path) -> None:
+    """Finds out whether a file could be written, and leaves it as it was.
+
+    Raises:
+      RunError: it could not.
+    """
+    folder = path.parent
+    if path.is_dir():
+        raise RunError(f"--out {path} is a folder; name a file in it")
+    if not folder.is_dir():
+        raise RunError(f"--out {path} is in no folder that is there; make {folder} first")
+    if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
+        raise RunError(f"--out {path} cannot be written: permission denied")

@@ -1,0 +1,92 @@
+"""What motors and ground do to a walker in each frame of a recording."""
+
+import functools
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from mjxwalk import engines
+from mjxwalk.engines import lanes, mjx
+from mjxwalk.envs import Terrain, dynamics, motor
+from mjxwalk.replay import Recording
+from mjxwalk.rollout import Controller
+from mjxwalk.watch import bodies
+
+
+class Forces(NamedTuple):
+    """Forces on one walker, in a frame or in many.
+
+    Attributes:
+      torque: of the motors, N m, in the order of an action.
+      ground: on the points of the feet, N, in the order of `Layout.points`; x, y and z.
+    """
+
+    torque: Float[Any, "*frame motor"]
+    ground: Float[Any, "*frame point 3"]
+
+
+def measure(
+    env: Any, controller: Controller, genotype: Any, terrain: Any, recording: Recording, walker: int
+) -> Forces:
+    """Returns the forces on one of the walkers in all frames; numpy.
+
+    Args:
+      env: that the recording is of.
+      controller: likewise.
+      genotype: of the one walker.
+      terrain: that all walkers were recorded on.
+      recording: with memories.
+      walker: its place in it.
+    """
+    states, memories = (
+        jax.tree.map(lambda leaf: np.ascontiguousarray(leaf[:, walker]), each)
+        for each in (recording.states, recording.memories)
+    )
+    mapped = _compiled(env, controller, engines.choose("auto").name)
+    found = mapped(states, memories, genotype, terrain.heights, np.int32(terrain.row[walker]))
+    return jax.tree.map(np.asarray, found)
+
+
+@functools.lru_cache(maxsize=8)
+def _compiled(env: Any, controller: Controller, engine: str) -> Any:
+    def forces(state: Any, memory: Any, genotype: Any, heights: Any, row: Any) -> Forces:
+        _, action = controller.act(genotype, memory, env.observe(state))
+        driven = np.array(bodies.layout(env).motors)
+        torque = motor.torque(action, state.qpos[driven], state.qvel[driven], ahead=0.0)
+        return Forces(torque, ground_forces(env, state, Terrain(heights, row)))
+
+    vmap: Any = {"lanes": lanes.vmap, "lanes-xla": lanes.xla_vmap, "mjx": mjx.vmap}[engine]
+    return vmap(forces, (0, 0, None, None, None))
+
+
+def ground_forces(env: Any, state: Any, terrain: Terrain) -> Float[Array, "point 3"]:
+    """Returns the ground's force on each point of the feet, N, by its law in this state.
+
+    Steps take the law implicitly; what they apply is this, up to what a step changes.
+    """
+    where = bodies.layout(env)
+    joints = np.array(where.coordinate)
+    data = dynamics.forward(env.model, state.qpos[joints], state.qvel[joints])
+    model = env.model.mujoco
+    found: list[Array] = []
+    for name, stretch in zip(where.points, state.stretch, strict=True):
+        site = model.site(name).id
+        point = data.site_xpos[site]
+        velocity = dynamics.point_velocity(
+            data, int(model.site_bodyid[site]), dynamics.point_offset(data, point)
+        )
+        in_space = stretch.ndim == 1
+        across = slice(0, 2 if in_space else 1)
+        contact = env.contact.force(
+            env.terrain.height(terrain, *point[across]) - point[2],
+            (velocity[across] if in_space else velocity[0], velocity[2]),
+            stretch,
+            timestep=0.0,
+            implicit=False,
+        )
+        along = contact.tangential if in_space else jnp.stack([contact.tangential, jnp.zeros(())])
+        found.append(jnp.append(along, contact.normal))
+    return jnp.stack(found)

@@ -1,0 +1,70 @@
+"""The ground around the walkers, as plain data for the page."""
+
+from typing import Any
+
+import msgspec
+import numpy as np
+from jaxtyping import Float
+
+from mjxwalk.envs.surface import SerpentineWalk
+
+BEHIND, AHEAD = 3.0, 8.0  # m of ground before the first and beyond the last place; ours
+BESIDE = 0.9  # m of it to either side; ours
+
+
+class Ground(msgspec.Struct, frozen=True, kw_only=True):
+    """Where the nodes of the heights are; along x is the series' last axis.
+
+    Attributes:
+      x: of the first node, m.
+      y: of the first row of nodes, m; a planar body's ground has one row.
+      spacing: of the nodes, m.
+      rows: across.
+      width: that is drawn of it, m; of several walkers each has its own lane as wide.
+    """
+
+    x: float
+    y: float
+    spacing: float
+    rows: int
+    width: float
+
+
+def around(
+    terrain: Any, heights: Float[np.ndarray, "*node"], qpos: Float[np.ndarray, "frame walker _"]
+) -> tuple[Ground, Float[np.ndarray, "row place"]]:
+    """Returns the ground where walkers get to, and its heights, m."""
+    step = terrain.spacing
+    first = int(np.floor((qpos[..., 0].min() - BEHIND - terrain.start) / step))
+    last = int(np.ceil((qpos[..., 0].max() + AHEAD - terrain.start) / step))
+    along = np.clip(np.arange(first, last + 1), 0, heights.shape[0] - 1)  # the ends go on level
+    x = terrain.start + step * first
+    if not isinstance(terrain, SerpentineWalk):
+        ground = Ground(x=x, y=0.0, spacing=step, rows=1, width=2 * BESIDE)
+        return ground, heights[along][None]
+    middle = 0.5 * (heights.shape[1] - 1)
+    low = int(np.floor((qpos[..., 1].min() - BESIDE) / step + middle))
+    high = int(np.ceil((qpos[..., 1].max() + BESIDE) / step + middle))
+    rows = np.arange(low, high + 1)
+    period = 2 * (heights.shape[1] - 1)
+    across = np.abs(rows - period * np.rint(rows / period)).astype(int)  # goes on mirrored
+    ground = Ground(
+        x=x, y=step * (low - middle), spacing=step, rows=len(rows), width=step * (len(rows) - 1)
+    )
+    return ground, heights[np.ix_(along, across)].T
+
+
+def height(
+    terrain: Any, heights: Float[np.ndarray, "*node"], qpos: Float[np.ndarray, " coordinate"]
+) -> float:
+    """Returns the ground's height under the hips, m."""
+    table = type_of(heights)
+    place = np.asarray(qpos[: heights.ndim], np.float32)
+    return float(terrain.height(table, *place))
+
+
+def type_of(heights: Any) -> Any:
+    """Returns a table of one terrain."""
+    from mjxwalk.envs import Terrain
+
+    return Terrain(heights[None], np.int32(0))  # type: ignore[arg-type]

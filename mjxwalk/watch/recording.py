@@ -1,0 +1,176 @@
+"""Lets walkers walk, and puts what the page shows of it together."""
+
+import dataclasses
+from typing import Any
+
+import jax
+import msgspec
+import numpy as np
+from jaxtyping import Float
+
+from mjxwalk import replay
+from mjxwalk.envs import Terrain
+from mjxwalk.evolution.measuring import cost_of_transport
+from mjxwalk.watch import bodies, ending, forces, grounds
+from mjxwalk.watch.bodies import Body
+from mjxwalk.watch.casting import Cast
+from mjxwalk.watch.grounds import Ground
+from mjxwalk.watch.packing import Series, Stored, pack
+
+FRAMES_PER_SECOND = 50.0  # ours: angles between two frames are a straight line to the eye
+MOVE_STEP = 0.0002  # m or rad; ours: a fifth of a millimetre
+TORQUE_STEP = 0.05  # N m; ours
+FORCE_STEP = 0.5  # N; ours
+HEIGHT_STEP = 0.0001  # m; ours
+
+
+class Figures(msgspec.Struct, frozen=True, kw_only=True):
+    """What a walker did in its trial; None where there is no such figure."""
+
+    distance_m: float
+    duration_s: float
+    speed_m_s: float | None
+    cost_of_transport: float | None
+    torque_cost: float
+
+
+class Told(msgspec.Struct, frozen=True, kw_only=True):
+    """A walker of the page.
+
+    Attributes:
+      label: in a word or two.
+      frames: number of them, up to the end of its trial.
+      ending: kind of the end.
+      why: it ended, in a few words.
+      figures: of its trial.
+    """
+
+    label: str
+    frames: int
+    ending: str
+    why: str
+    figures: Figures
+
+
+class Show(msgspec.Struct, frozen=True, kw_only=True):
+    """All that the page shows, but the series of numbers.
+
+    Attributes:
+      title: of the page.
+      what: the walkers are, in a few words.
+      facts: on the trial, a name and a text each.
+      frame_s: from a frame to the next, s; the last one may come sooner.
+      weight_n: of the body, N.
+      body: that all walkers have.
+      ground: that all walk on.
+      walkers: in the order of the series.
+      series: where they lie; "walker N NAME" for each walker and name, "heights" for the ground.
+    """
+
+    title: str
+    what: str
+    facts: tuple[tuple[str, str], ...]
+    frame_s: float
+    weight_n: float
+    body: Body
+    ground: Ground
+    walkers: tuple[Told, ...]
+    series: dict[str, Stored]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Trial:
+    """What walkers are tried on.
+
+    Attributes:
+      terrain_seed: of the random ground.
+      seconds: after which the recording ends.
+    """
+
+    terrain_seed: int = 0
+    seconds: float = 60.0
+
+
+def perform(cast: Cast, trial: Trial) -> tuple[Show, str]:
+    """Returns what there is to show, and its series as text.
+
+    Raises:
+      RunError: the body cannot be shown.
+    """
+    experiment = cast.experiment
+    env = experiment.env
+    body = bodies.describe(env)
+    heights = np.asarray(experiment.sample_terrains(jax.random.key(trial.terrain_seed), 1))
+    terrain: Any = Terrain(heights, np.zeros(len(cast), np.int32))  # type: ignore[arg-type]
+    recording = replay.record(
+        env,
+        experiment.controller,
+        cast.genotypes,
+        terrain,
+        duration=min(trial.seconds, env.max_time),
+        frames_per_second=FRAMES_PER_SECOND,
+    )
+    ground, rows = grounds.around(env.terrain, heights[0], recording.states.qpos)
+    series = {"heights": Series(rows, HEIGHT_STEP)}
+    told: list[Told] = []
+    for place, label in enumerate(cast.labels):
+        genotype = jax.tree.map(lambda leaf, place=place: leaf[place], cast.genotypes)
+        felt = forces.measure(env, experiment.controller, genotype, terrain, recording, place)
+        frames = _frames(recording, place)
+        state = jax.tree.map(lambda leaf, at=(frames - 1, place): leaf[at], recording.states)
+        told.append(_tell(experiment, label, frames, state, heights[0]))
+        moves = recording.states.qpos[:frames, place].T
+        pushes = felt.ground[:frames].reshape(frames, -1).T
+        series[f"walker {place} moves"] = Series(moves, MOVE_STEP)
+        series[f"walker {place} torques"] = Series(felt.torque[:frames].T, TORQUE_STEP)
+        series[f"walker {place} pushes"] = Series(pushes, FORCE_STEP)
+    stored, text = pack(series)
+    show = Show(
+        title=cast.source,
+        what=cast.what,
+        facts=_facts(cast, trial),
+        frame_s=round(1.0 / (FRAMES_PER_SECOND * env.timestep)) * env.timestep,
+        weight_n=float(experiment.weight),
+        body=body,
+        ground=ground,
+        walkers=tuple(told),
+        series=stored,
+    )
+    return show, text
+
+
+def _frames(recording: replay.Recording, walker: int) -> int:
+    """Returns how many frames a walker has: the one in which its trial has ended is its last."""
+    done = recording.done[:, walker]
+    return int(np.argmax(done)) + 1 if done[-1] else len(done)
+
+
+def _tell(
+    experiment: Any, label: str, frames: int, state: Any, heights: Float[np.ndarray, "*node"]
+) -> Told:
+    env = experiment.env
+    distance, duration = float(state.qpos[0]), float(state.num_steps) * env.timestep
+    end = ending.explain(env, state, grounds.height(env.terrain, heights, state.qpos))
+    return Told(
+        label=label,
+        frames=frames,
+        ending=end.kind,
+        why=end.text,
+        figures=Figures(
+            distance_m=distance,
+            duration_s=duration,
+            speed_m_s=distance / duration if duration > 0 else None,
+            cost_of_transport=cost_of_transport(state.work, state.qpos[0], experiment.weight),
+            torque_cost=float(state.torque_cost),
+        ),
+    )
+
+
+def _facts(cast: Cast, trial: Trial) -> tuple[tuple[str, str], ...]:
+    experiment = cast.experiment
+    return (
+        ("Experiment", str(experiment.name)),
+        ("Body", type(experiment.env).__name__),
+        ("Terrain", f"seed {trial.terrain_seed}"),
+        ("Roughness", f"{1000 * experiment.env.terrain.roughness:g} mm"),
+    )

@@ -1,0 +1,14 @@
+import "uplot/dist/uPlot.min.css";
+import "./watch.css";
+import { mount } from "./app";
+
+for (const place of document.querySelectorAll<HTMLElement>(".mjxwalk-replay")) {
+  mount(place).catch((error: unknown) => {
+    place.dataset["state"] = "failed";
+    const told = document.createElement("p");
+    told.className = "sorry";
+    told.textContent = `The replay cannot be shown: ${error instanceof Error ? error.message : String(error)}`;
+    place.append(told);
+    throw error;
+  });
+}
