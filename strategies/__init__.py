@@ -7,6 +7,11 @@ from mjxwalk.strategies.bounds import with_bounds
 from mjxwalk.strategies.cma_es import CMAESState, cma_es
 from mjxwalk.strategies.deep_ga import deep_ga
 from mjxwalk.strategies.evaluation import evaluator
+from mjxwalk.strategies.evolving_masks import (
+    CarriesMasks,
+    EvolvingMasksState,
+    with_evolving_masks,
+)
 from mjxwalk.strategies.evosax import (
     EvosaxAlgorithm,
     FromEvosaxState,
@@ -29,6 +34,7 @@ from mjxwalk.strategies.pattern_search import (
 )
 from mjxwalk.strategies.pgpe import PGPEState, pgpe
 from mjxwalk.strategies.pruning import (
+    LinkMetrics,
     PruningMetrics,
     PruningState,
     PruningStrategy,
@@ -53,6 +59,8 @@ __all__ = [
     "FACTORIES",
     "ARSState",
     "CMAESState",
+    "CarriesMasks",
+    "EvolvingMasksState",
     "EvosaxAlgorithm",
     "FitnessSummary",
     "FromEvosaxState",
@@ -61,6 +69,7 @@ __all__ = [
     "HybridGAState",
     "Individual",
     "IslandsState",
+    "LinkMetrics",
     "MapElites",
     "MapElitesMetrics",
     "MapElitesState",
@@ -110,6 +119,7 @@ __all__ = [
     "two_point_ga",
     "vectors",
     "with_bounds",
+    "with_evolving_masks",
     "with_islands",
     "with_mask",
     "with_pruning",

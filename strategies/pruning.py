@@ -7,6 +7,9 @@ Every tenth generation each individual except the elite loses a random link. Mas
 individual's own and recombine, so that selection decides which losses stay. Once the median fitness
 of the latest elites falls below a share of what it was before, nothing more is removed, and the
 evolution goes on for a while to make the best of the links that are left.
+
+That is for individuals that carry masks, as those of `self_adaptive_ga`. Around any other strategy
+masks evolve as a population of their own, see `evolving_masks`.
 """
 
 import dataclasses
@@ -19,14 +22,12 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks
 from mjxwalk.strategies.base import Genotype, IntTree, Population, Strategy, Tree
+from mjxwalk.strategies.evolving_masks import carry, one_of, with_evolving_masks
 from mjxwalk.strategies.links import count_links, prune_population
+from mjxwalk.strategies.metrics import summarise_fitness
 from mjxwalk.strategies.operators import Individual
 from mjxwalk.strategies.prefixes import check_links, match_links
-from mjxwalk.strategies.self_adaptive_ga import (
-    NUM_ELITES,
-    SelfAdaptiveGAMetrics,
-    SelfAdaptiveGAState,
-)
+from mjxwalk.strategies.self_adaptive_ga import NUM_ELITES, SelfAdaptiveGAMetrics
 
 # All from Solomon et al. (2013), section 2.7.5.
 EVERY = 10  # generations
@@ -42,7 +43,7 @@ class PruningState(NamedTuple):
     """State of a strategy that prunes.
 
     Attributes:
-      inner: the strategy's own state.
+      inner: the strategy's own state if that carries masks, else an `EvolvingMasksState`.
       reference: fitness of the last elites before pruning, newest last; NaN where there was none.
       recent: fitness of the latest elites of all, newest last.
       age: generations told since pruning began; negative while the reference is still gathered.
@@ -51,7 +52,7 @@ class PruningState(NamedTuple):
       num_pruned: links removed from the population that is being evaluated, of all individuals.
     """
 
-    inner: SelfAdaptiveGAState
+    inner: Any
     reference: Float[Array, " reference"]
     recent: Float[Array, " window"]
     age: Int[Array, ""]
@@ -60,8 +61,24 @@ class PruningState(NamedTuple):
     num_pruned: Int[Array, ""]
 
 
+class LinkMetrics(NamedTuple):
+    """The `FitnessSummary` of the generation told, and what pruning did to it.
+
+    Attributes:
+      mean_num_links: links that an individual has, of those that can be removed.
+      num_pruned: links that all individuals together lost before they were evaluated.
+    """
+
+    best_fitness: Float[Array, ""]
+    mean_fitness: Float[Array, ""]
+    median_fitness: Float[Array, ""]
+    num_nan: Int[Array, ""]
+    mean_num_links: Float[Array, ""]
+    num_pruned: Int[Array, ""]
+
+
 class PruningMetrics(NamedTuple):
-    """The wrapped strategy's metrics of the generation told, and what pruning did to it.
+    """The self-adaptive algorithm's metrics of the generation told, and what pruning did to it.
 
     Attributes:
       mean_num_links: links that an individual has, of those that can be removed.
@@ -81,7 +98,7 @@ class PruningMetrics(NamedTuple):
 class Begin(Protocol):
     """Makes the state at which pruning of a population that has evolved begins."""
 
-    def __call__(self, state: SelfAdaptiveGAState, elite_fitness: Series, /) -> PruningState:
+    def __call__(self, state: Any, elite_fitness: Series, /) -> PruningState:
         """Returns the state before the first generation that is pruned.
 
         Args:
@@ -93,7 +110,7 @@ class Begin(Protocol):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class PruningStrategy(Strategy[PruningState, PruningMetrics]):
+class PruningStrategy(Strategy[PruningState, PruningMetrics | LinkMetrics]):
     """A strategy that prunes; `init` starts at generation 0 and `begin` in an evolved population.
 
     Attributes:
@@ -106,7 +123,7 @@ class PruningStrategy(Strategy[PruningState, PruningMetrics]):
 class _Settings(NamedTuple):
     """Checked arguments of `with_pruning`."""
 
-    strategy: Strategy[SelfAdaptiveGAState, SelfAdaptiveGAMetrics]
+    strategy: Strategy[Any, Any]
     links: Tree
     num_elites: int
     every: int
@@ -117,7 +134,7 @@ class _Settings(NamedTuple):
 
 
 def with_pruning(
-    strategy: Strategy[SelfAdaptiveGAState, SelfAdaptiveGAMetrics],
+    strategy: Strategy[Any, Any],
     *,
     links: Tree,
     num_elites: int = NUM_ELITES,
@@ -127,14 +144,22 @@ def with_pruning(
     window: int = WINDOW,
     settle: int = SETTLE,
 ) -> PruningStrategy:
-    """Returns the strategy, pruned as Solomon et al. (2013), section 2.7.5.
+    """Returns the strategy over weights and masks, pruned as Solomon et al. (2013), section 2.7.5.
+
+    What pruning means depends on the strategy:
+    - One whose state carries masks, as `self_adaptive_ga`'s does: each individual but the elite
+      loses a link of its own, and its offspring inherit the loss with its weights. The paper's.
+    - Any other: each genotype that is handed out has the mask of its place, and masks evolve beside
+      the strategy, see `evolving_masks`. Of one that searches with a distribution, or by polls
+      around a point, the distribution or the point has all links; of a genetic algorithm the
+      offspring have masks of the best, yet not those of their own parents.
 
     Fitness has to be positive for a share of it to be a loss. A strategy whose links run out
     without such a loss is never finished.
 
     Args:
-      strategy: one whose state is that of `self_adaptive_ga`, with `links` as here so that all
-        weights of a link recombine together.
+      strategy: any; `self_adaptive_ga` with `links` as here, so that all weights of a link
+        recombine together.
       links: number of the link that each weight belongs to, negative for weights that stay for
         good; one value for all weights, or a pytree prefix of the template. Weights of the same
         number are removed together.
@@ -156,14 +181,14 @@ def with_pruning(
     checks.check_count("window", window, minimum=1, maximum=reference)
     checks.check_count("settle", settle, minimum=0)
     check_links(links)
-    settings = _Settings(strategy, links, num_elites, every, floor, reference, window, settle)
+    masked = with_evolving_masks(strategy, links=links, num_elites=num_elites)
+    settings = _Settings(masked, links, num_elites, every, floor, reference, window, settle)
 
     def init(key: PRNGKeyArray, template: Genotype) -> PruningState:
-        state = strategy.init(key, template)
-        return _begin(settings, state, jnp.zeros(0, float))
+        return begin(strategy.init(key, template), jnp.zeros(0, float))
 
-    def begin(state: SelfAdaptiveGAState, elite_fitness: Series) -> PruningState:
-        return _begin(settings, state, elite_fitness)
+    def begin(state: Any, elite_fitness: Series) -> PruningState:
+        return _begin(settings, carry(strategy, state), elite_fitness)
 
     def ask(key: PRNGKeyArray, state: PruningState) -> tuple[Population, PruningState]:
         return _ask(settings, key, state)
@@ -173,7 +198,7 @@ def with_pruning(
         population: Population,
         fitness: Float[Array, " pop"],
         state: PruningState,
-    ) -> tuple[PruningState, PruningMetrics]:
+    ) -> tuple[PruningState, PruningMetrics | LinkMetrics]:
         return _tell(settings, key, population, fitness, state)
 
     return PruningStrategy(
@@ -189,12 +214,7 @@ def has_declined(
 
 
 def _begin(settings: _Settings, state: Any, elite_fitness: Series) -> PruningState:
-    if not isinstance(state, SelfAdaptiveGAState):
-        raise ValueError(
-            "with_pruning needs a strategy whose state holds a population and its masks, as "
-            f"self_adaptive_ga's does, got {type(state).__name__}"
-        )
-    match_links(settings.links, state.best_genotype)
+    match_links(settings.links, one_of(state.population))  # to refuse what does not fit
     known = _nan_is_worst(jnp.asarray(elite_fitness)[-settings.reference :])
     missing = settings.reference - known.size
     series = jnp.concatenate([jnp.full(missing, jnp.nan, float), known.astype(float)])
@@ -213,8 +233,9 @@ def _ask(
     settings: _Settings, key: PRNGKeyArray, state: PruningState
 ) -> tuple[Population, PruningState]:
     key_ask, key_prune = jax.random.split(key)
+    population, inner = settings.strategy.ask(key_ask, state.inner)
     links = _links(settings, state)
-    before = Individual(state.inner.population, state.inner.mask)
+    before = Individual(population, inner.mask)
     elite = jnp.arange(settings.strategy.population_size) < settings.num_elites
     is_due = (state.age >= 0) & (state.stopped_at < 0) & (state.age % settings.every == 0)
 
@@ -224,9 +245,8 @@ def _ask(
 
     nobody = jnp.zeros(elite.size, jnp.int32)
     after, num_lost = jax.lax.cond(is_due, prune, lambda key: (before, nobody), key_prune)
-    inner = state.inner._replace(population=after.genotype, mask=after.mask)
-    population, inner = settings.strategy.ask(key_ask, inner)
-    return population, state._replace(inner=inner, num_pruned=jnp.sum(num_lost))
+    inner = inner._replace(population=after.genotype, mask=after.mask)
+    return after.genotype, state._replace(inner=inner, num_pruned=jnp.sum(num_lost))
 
 
 def _tell(
@@ -235,7 +255,7 @@ def _tell(
     population: Population,
     fitness: Float[Array, " pop"],
     state: PruningState,
-) -> tuple[PruningState, PruningMetrics]:
+) -> tuple[PruningState, PruningMetrics | LinkMetrics]:
     inner, metrics = settings.strategy.tell(key, population, fitness, state.inner)
     elite = jnp.max(_nan_is_worst(fitness))
     prunes = state.age >= 0
@@ -253,16 +273,14 @@ def _tell(
         finished=(stopped_at >= 0) & (age - stopped_at >= settings.settle),
         num_pruned=jnp.zeros((), jnp.int32),
     )
-    num_links = _num_links(state.inner.mask, _links(settings, state))
-    return new_state, PruningMetrics(
-        *metrics,
-        mean_num_links=jnp.mean(num_links.astype(float)),
-        num_pruned=state.num_pruned,
-    )
+    num_links = jnp.mean(_num_links(state.inner.mask, _links(settings, state)).astype(float))
+    if isinstance(metrics, SelfAdaptiveGAMetrics):
+        return new_state, PruningMetrics(*metrics, num_links, state.num_pruned)
+    return new_state, LinkMetrics(*summarise_fitness(fitness), num_links, state.num_pruned)
 
 
 def _links(settings: _Settings, state: PruningState) -> IntTree:
-    return jax.tree.map(jnp.asarray, match_links(settings.links, state.inner.best_genotype))
+    return jax.tree.map(jnp.asarray, match_links(settings.links, one_of(state.inner.population)))
 
 
 def _num_links(masks: Tree, links: IntTree) -> Int[Array, " pop"]:

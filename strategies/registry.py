@@ -45,12 +45,12 @@ def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, An
     """Returns the strategy of a name, as a key of `FACTORIES`.
 
     What is known of a controller serves every strategy: a `mask` that its factory does not take is
-    put around it, see `with_mask`, and `groups` that it has no use for are left out.
+    put around it, see `with_mask`, and `groups` and `links` that it has no use for are left out.
 
     Args:
       name: strategy, such as "self-adaptive-ga".
       population_size: genotypes in a generation.
-      options: the factory's other hyper-parameters, and `mask` and `groups`.
+      options: the factory's other hyper-parameters, and `mask`, `groups` and `links`.
 
     Raises:
       ValueError: the name or an option is unknown, or an option is missing or out of its range.
@@ -61,8 +61,8 @@ def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, An
     parameters = inspect.signature(factory).parameters
     known = [option for option in parameters if option != "population_size"]
     mask = None if "mask" in known else options.pop("mask", None)
-    if "groups" not in known:
-        options.pop("groups", None)
+    for unused in {"groups", "links"} - set(known):
+        options.pop(unused, None)
     for option in options:
         if option not in known:
             raise ValueError(f"unknown option {option!r} of {name}; {_suggest(option, known)}")

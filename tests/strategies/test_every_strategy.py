@@ -50,6 +50,7 @@ CASES = [
     Case("pgpe", {"sigma": 0.5, "optimizer": 0.1}),
     Case("sep-cma-es", {"sigma": 0.5}),
     Case("snes", {"sigma": 0.5}),
+    Case("snes", {"sigma": 0.5}, wrap=PRUNING, wrapping=", pruned"),
     Case("xnes", {"sigma": 0.5}),
     Case("truncation-ga", {**BOUNDS, "substitutions": 2.0}),
     Case("deep-ga", {"sigma": 0.1, "initial_sigma": 0.5, "num_parents": 5}),

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjxwalk.strategies import has_declined, self_adaptive_ga, with_pruning, with_restarts
+from mjxwalk.strategies import has_declined, self_adaptive_ga, with_pruning
 from mjxwalk.strategies import links as algebra
 
 POPULATION_SIZE = 12
@@ -213,6 +213,3 @@ def test_what_does_not_fit_is_refused_in_one_sentence():
         with_pruning(_ga(), links=0.5)
     with pytest.raises(ValueError, match="links must be one value or a pytree prefix"):
         with_pruning(_ga(), links={"first": 1}).init(jax.random.key(0), TEMPLATE)
-    restarting: Any = with_restarts(_ga(), after=1, below=0.0)
-    with pytest.raises(ValueError, match="state holds a population and its masks.*RestartState"):
-        with_pruning(restarting, links=NUMBERS).init(jax.random.key(0), TEMPLATE)
