@@ -58,8 +58,8 @@ class StickFigures:
         import jax
 
         from mjxwalk import engines, replay
-        from mjxwalk.analysis import figures
-        from mjxwalk.envs import Flame, Terrain
+        from mjxwalk.analysis import sticks
+        from mjxwalk.envs import Terrain
 
         engines.prepare()
         experiment = walker.experiment.tried()
@@ -77,12 +77,7 @@ class StickFigures:
         walking = (recording.time[:, 0] >= self.start) & ~recording.done[:, 0]
         if not walking.any():
             raise runs.RunError(f"the walker's trial is over before {self.start} s")
-        qpos, ground = recording.states.qpos[walking, 0], env.terrain
-        nodes = ground.start + ground.spacing * np.arange(heights.shape[1])
-        if isinstance(env, Flame):
-            middle = heights[0][:, heights.shape[2] // 2]
-            return figures.spatial_stick_figures(replay.spatial_skeleton(env, qpos), nodes, middle)
-        return figures.stick_figures(replay.skeleton(env, qpos), nodes, heights[0])
+        return sticks.draw(sticks.find(env, recording.states.qpos[walking, 0], heights[0]))
 
 
 if __name__ == "__main__":

@@ -1,12 +1,13 @@
 """Angles by role over a step: how often a walker passes through each, and the average course.
 
-Figure 6 of Solomon, Locascio & Hartmann (2013), Adaptive Behavior 21(1), doi
-10.1177/1059712312462904, section 3.4. A step here goes from one change of roles to the next: the
-foot behind lifts off, its leg swings, and touches down; it ends as the other foot lifts off. The
-paper calls it a stride, since to networks that belong to roles each step is a whole cycle.
+Figures 6 and 8 of Solomon, Locascio & Hartmann (2013), Adaptive Behavior 21(1), doi
+10.1177/1059712312462904, sections 3.4 and 3.5. A step
+here goes from one change of roles to the next: the foot behind lifts off, its leg swings, and
+touches down; it ends as the other foot lifts off. The paper calls it a stride, since to networks
+that belong to roles each step is a whole cycle.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,15 +15,39 @@ from jaxtyping import Float, Int
 
 from mjxwalk.analysis.footfalls import find_footfalls, observe, role_angles
 from mjxwalk.analysis.strides import role_periods
-from mjxwalk.controllers.linear_reactive import ANGLES
+from mjxwalk.controllers import linear_reactive, spatial_reactive
+from mjxwalk.envs import Flame
 from mjxwalk.replay import Recording
 
 SLICES = 100  # of a step's time; ours
 BINS = 240  # of an angle's range; ours
 SETTLED = 3.0  # s; ours: gait initiation is over, and a few steps more
 SHORTEST_STEP = 0.15  # s; ours: a change of roles and back, as in a stumble, is no step
-# degrees; ours: what walkers do that do not fall, by angle, so that figures can be compared.
-RANGES = ((-45, 45), (-50, 50), (-80, 80), (-20, 100), (-20, 130), (-60, 60), (-60, 60))
+
+
+class Roles(NamedTuple):
+    """The angles of a body by role, as the networks of study A see them.
+
+    Attributes:
+      names: of the angles.
+      sense: from an observation, and whether the left leg is the stance leg, to senses with an
+        `angle` for each name.
+      ranges: lowest and highest of each that counts, degrees; ours: what walkers do that do not
+        fall, so that figures can be compared.
+    """
+
+    names: tuple[str, ...]
+    sense: Callable[[Any, Any], Any]
+    ranges: tuple[tuple[int, int], ...]
+
+
+_LEGS = ((-50, 50), (-80, 80), (-20, 100), (-20, 130), (-60, 60), (-60, 60))
+PLANAR = Roles(linear_reactive.ANGLES, linear_reactive.sense, ((-45, 45), *_LEGS))
+SPATIAL = Roles(
+    spatial_reactive.ANGLES,
+    spatial_reactive.sense,
+    ((-45, 45), (-40, 40), (-60, 60), *_LEGS, (-20, 20), (-40, 40), (-40, 40)),
+)
 
 
 class AngleDensity(NamedTuple):
@@ -54,6 +79,11 @@ class AngleDensity(NamedTuple):
         return self.counts / np.maximum(most, 1)
 
 
+def roles_of(env: Any) -> Roles:
+    """Returns the angles that a body has."""
+    return SPATIAL if isinstance(env, Flame) else PLANAR
+
+
 def step_angles(
     recording: Recording, env: Any, *, slices: int = SLICES, settled: float = SETTLED
 ) -> Float[np.ndarray, "step slice angle"]:
@@ -67,7 +97,9 @@ def step_angles(
     """
     observations = observe(recording, env)
     footfalls = find_footfalls(recording, observations)
-    angles = np.degrees(role_angles(observations, footfalls).astype(np.float64))
+    angles = np.degrees(
+        role_angles(observations, footfalls, roles_of(env).sense).astype(np.float64)
+    )
     found: list[Any] = []
     for walker in np.flatnonzero(~recording.states.fell[-1]):
         time = footfalls[walker].time
@@ -83,11 +115,11 @@ def step_angles(
     return np.array(found, np.float64).reshape(-1, slices, angles.shape[2])
 
 
-def empty_density(*, slices: int = SLICES, bins: int = BINS) -> AngleDensity:
+def empty_density(roles: Roles = PLANAR, *, slices: int = SLICES, bins: int = BINS) -> AngleDensity:
     """Returns the density of no steps, over the usual ranges."""
-    edges = np.stack([np.linspace(low, high, bins + 1) for low, high in RANGES])
-    counts = np.zeros((len(ANGLES), slices, bins), np.int64)
-    return AngleDensity(ANGLES, edges, counts, np.zeros(counts.shape[:2]), 0)
+    edges = np.stack([np.linspace(low, high, bins + 1) for low, high in roles.ranges])
+    counts = np.zeros((len(roles.names), slices, bins), np.int64)
+    return AngleDensity(roles.names, edges, counts, np.zeros(counts.shape[:2]), 0)
 
 
 def add_steps(density: AngleDensity, angles: Float[np.ndarray, "step slice angle"]) -> AngleDensity:
@@ -113,7 +145,7 @@ def angle_density(recordings: Iterable[Recording], env: Any) -> AngleDensity:
       recordings: of trials from their start; one at a time is held.
       env: that they are trials of.
     """
-    density = empty_density()
+    density = empty_density(roles_of(env))
     for recording in recordings:
         density = add_steps(density, step_angles(recording, env))
     return density

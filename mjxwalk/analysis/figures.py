@@ -144,12 +144,16 @@ def spatial_stick_figures(
 
 
 def angle_densities(density: AngleDensity) -> Figure:
-    """Returns Figure 6: how often each angle is where over a step; white is the most frequent.
+    """Returns Figure 6 or 8: how often each angle is where over a step; white is the most frequent.
 
     The line is the average course.
     """
-    figure = Figure(figsize=(9, 8.5), layout="constrained")
-    axes: Any = figure.subplots(4, 2, sharex=True).ravel()
+    num = len(density.names)
+    columns = 2 if num < 9 else 3
+    # The last place says what the others show.
+    rows = num // columns + 1
+    figure = Figure(figsize=(9, 2.1 * rows), layout="constrained")
+    axes: Any = figure.subplots(rows, columns, sharex=True).ravel()
     middles = 100 * (np.arange(density.counts.shape[1]) + 0.5) / density.counts.shape[1]
     shown = zip(axes, density.names, density.edges, density.whiteness, density.mean, strict=False)
     for axis, name, edges, whiteness, mean in shown:
@@ -161,11 +165,11 @@ def angle_densities(density: AngleDensity) -> Figure:
         axis.set_title(name, fontsize=10)
         axis.set_ylabel("angle (°)")
         axis.set_ylim(*_occupied(whiteness, edges))
-    # The eighth place says what the seven show.
-    axes[-1].axis("off")
+    for axis in axes[num:]:
+        axis.axis("off")
     text = f"{density.steps} steps\nwhite: most frequent angle\nof its slice; line: mean"
     axes[-1].text(0.5, 0.5, text, ha="center", va="center", transform=axes[-1].transAxes)
-    for axis in axes[5:7]:
+    for axis in axes[num - columns : num]:
         axis.set_xlabel("step (%)")
         axis.tick_params(labelbottom=True)
     return figure

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from mjxwalk.analysis.strides import SHORTEST_PHASE, debounced, stance_leg
-from mjxwalk.controllers import linear_reactive
 from mjxwalk.replay import Recording
 from mjxwalk.rollout import Environment
 
@@ -62,7 +61,7 @@ def find_footfalls(
 def role_angles(
     observations: Any,
     footfalls: list[Footfalls],
-    sense: Callable[[Any, Any], Any] = linear_reactive.sense,
+    sense: Callable[[Any, Any], Any],
 ) -> Float[np.ndarray, "frame walker angle"]:
     """Returns angles by role, as the controller senses them, rad.
 

@@ -35,18 +35,27 @@ RETENTION = dict(zip(NETWORKS, (0.61, 0.51, 0.18, 0.08, 0.66, 0.32), strict=True
 REDUCED = dict(zip(NETWORKS, (4, 4, 0, 0, 7, 0), strict=True))
 PRUNING_GENERATIONS = Quoted(564, None, "section 3.1; between 353 and 854")
 
-# Table 4.
+# Of walkers in space.
+SPATIAL_FALL_RATE = Quoted(0.117, None, "section 3.5.1, slightly rough")
+SPATIAL_COST_OF_TRANSPORT = Quoted(0.376, 0.008, "section 3.5.1, slightly rough")
+ROUGH_FALL_RATE = Quoted(0.99, None, "section 3.5.2, on the roughest ground, over this")
+
+# Table 4, and what the text tells of walkers in space.
 FALL_RATE: dict[str, Quoted] = {
     "lpd": Quoted(0.073, None, "section 3.3, the best of 50"),
     "fil": LOST,
     "sil": LOST,
     "rsil": LOST,
+    "solomon-3d": SPATIAL_FALL_RATE,
+    "slight": SPATIAL_FALL_RATE,
+    "rough": ROUGH_FALL_RATE,
 }
-COST_OF_TRANSPORT: dict[str, Quoted] = dict.fromkeys(
-    VARIANTS, LOST
-)  # FIL's is a "great improvement", section 3.3
-SPATIAL_COST_OF_TRANSPORT = Quoted(0.376, 0.008, "section 3.5.1, SIL in space, slightly rough")
-SPATIAL_FALL_RATE = Quoted(0.117, None, "section 3.5.1, SIL in space, slightly rough")
+COST_OF_TRANSPORT: dict[str, Quoted] = {
+    **dict.fromkeys(VARIANTS, LOST),  # FIL's is a "great improvement", section 3.3
+    "solomon-3d": SPATIAL_COST_OF_TRANSPORT,
+    "slight": SPATIAL_COST_OF_TRANSPORT,
+    "rough": LOST,
+}
 
 # Table 5: its numbers are lost, but speed and step length are "generally consistent with a human
 # walking at a slightly brisk pace" and double stance is "notably briefer", section 3.4.

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from mjxwalk.analysis import paper, tables
 from mjxwalk.analysis.tables import Benchmark
+from mjxwalk.envs import Flame
 from mjxwalk.report import winners
 from mjxwalk.report.parts import (
     Cell,
@@ -12,7 +13,6 @@ from mjxwalk.report.parts import (
     RowGroup,
     Section,
     Table,
-    number,
     percent,
     quoted,
     spread,
@@ -34,7 +34,7 @@ def section(variants: Mapping[str, Sequence[Phase]]) -> Section:
         anchor="benchmarks",
         title="What walking costs, and how often they fall",
         texts=(text,),
-        parts=(_table(given),) if given else (),
+        parts=(_table(given, spatial=_is_spatial(variants)),) if given else (),
     )
 
 
@@ -51,7 +51,13 @@ def _benchmarks(phases: Sequence[Phase]) -> list[Benchmark]:
     ]
 
 
-def _table(given: Mapping[str, Sequence[Benchmark]]) -> Table:
+def _is_spatial(variants: Mapping[str, Sequence[Phase]]) -> bool:
+    return any(
+        isinstance(phase.experiment.env, Flame) for each in variants.values() for phase in each
+    )
+
+
+def _table(given: Mapping[str, Sequence[Benchmark]], *, spatial: bool) -> Table:
     data = tables.table_4(given)
     rows = [
         Row(
@@ -70,10 +76,9 @@ def _table(given: Mapping[str, Sequence[Benchmark]]) -> Table:
         )
         for name, row in data.iterrows()
     ]
-    apart = paper.SPATIAL_COST_OF_TRANSPORT
     return Table(
-        name="table-4",
-        caption="Table 4. Falls and cost of transport of the winners",
+        name="benchmarks" if spatial else "table-4",
+        caption=f"{'' if spatial else 'Table 4. '}Falls and cost of transport of the winners",
         head="phase",
         columns=(
             Column("winners"),
@@ -85,9 +90,17 @@ def _table(given: Mapping[str, Sequence[Benchmark]]) -> Table:
         ),
         groups=(RowGroup("", tuple(rows)),),
         data=data.reset_index(),
-        note=(
-            f"The body of the paper's table is lost; {paper.FALL_RATE['lpd'].source} has the falls "
-            f"of LPD. Of its walkers in space it tells {number(apart.value, 3)} ± "
-            f"{number(apart.sd, 3)} ({apart.source})."
-        ),
+        note=_note(given),
     )
+
+
+def _note(given: Mapping[str, Sequence[Benchmark]]) -> str:
+    """Returns where the paper tells what stands in its columns."""
+    told = [
+        f"{what} of {name}: {quotes[name].source}"
+        for what, quotes in (("falls", paper.FALL_RATE), ("cost", paper.COST_OF_TRANSPORT))
+        for name in given
+        if name in quotes and quotes[name].value is not None
+    ]
+    lost = "The body of the paper's table is lost; its text tells of the rest."
+    return f"{lost} {'; '.join(told).capitalize()}." if told else lost

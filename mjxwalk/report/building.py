@@ -59,9 +59,9 @@ def build(
     if num_trials:
         found = recorded.record(asked, num_trials=num_trials, seed=seed, engine=engine, say=say)
     why_not = (
-        "Table 5 and Figures 5 and 6 are of planar walkers."
+        "Gaits are told of the walkers of study A."
         if num_trials
-        else "Table 5 and Figures 5 and 6 were left out; --trials 100 makes them."
+        else "Tables and figures of the gait were left out; --trials 100 makes them."
     )
     return Page(
         title=_title(read),

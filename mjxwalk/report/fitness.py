@@ -1,4 +1,4 @@
-"""Fitness over the generations: Figures 4a and 4b of Solomon, Locascio & Hartmann (2013)."""
+"""Fitness over the generations: Figures 4a, 4b and 7 of Solomon, Locascio & Hartmann (2013)."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,6 +7,7 @@ import numpy as np
 
 from mjxwalk.analysis import curves, figures
 from mjxwalk.analysis.curves import Curve, PhaseCurves
+from mjxwalk.envs import Flame
 from mjxwalk.report import drawing
 from mjxwalk.report.parts import Picture, Section, count, frame, number
 from mjxwalk.report.sources import Phase
@@ -56,11 +57,12 @@ def _over_phases(chain: Mapping[str, Sequence[Phase]]) -> Picture:
     alt = "; ".join(_told(phase) for phase in drawn if len(phase))
     alt = f"Two curves over the generations. {alt}."
     num = max(map(len, chain.values()))
-    told = [f"Figure 4a. Fitness of the fittest and mean fitness, {_averaged(num)}."]
+    figure = "7" if isinstance(last.experiment.env, Flame) else "4a"
+    told = [f"Figure {figure}. Fitness of the fittest and mean fitness, {_averaged(num)}."]
     return Picture(
-        name="figure-4a",
+        name=f"figure-{figure}",
         caption=" ".join([*told, *factors, *_ends(chain)]),
-        svg=drawing.inline(figures.fitness_over_phases(drawn), name="figure-4a", alt=alt),
+        svg=drawing.inline(figures.fitness_over_phases(drawn), name=f"figure-{figure}", alt=alt),
         data=frame(data),
     )
 

@@ -5,17 +5,18 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Float
 
 from mjxwalk import replay
-from mjxwalk.analysis import angles, gait, trials
+from mjxwalk.analysis import angles, faults, gait, sticks, trials
 from mjxwalk.analysis.angles import AngleDensity
 from mjxwalk.analysis.frame import Frame
 from mjxwalk.analysis.gait import Gait
-from mjxwalk.envs import Planar7, Terrain
+from mjxwalk.analysis.sticks import Sticks
+from mjxwalk.envs import Flame, Planar7, Terrain
 from mjxwalk.report.sources import Phase
 
 AT_ONCE = 50  # trials that are recorded together; ours: some 200 MB for 100 s
+LOOKED_AT = 10  # trials whose frames are searched for faults; ours: MuJoCo takes a second for each
 INTERVAL = 0.5  # s between stick figures; Solomon et al. (2013), Figure 5
 SECONDS = 8.0  # of stick figures; ours: as many as a page is wide
 CHOICE = 10  # terrains; ours: the stick figures are on the first of them without a fall
@@ -24,23 +25,19 @@ STICK_FIGURES = 0x73746963
 
 
 class Stick(NamedTuple):
-    """A planar walker at several times.
+    """A walker at several times.
 
     Attributes:
       label: of the run that it is of.
       seconds: that the figures cover.
       fell: whether it does then.
-      skeletons: as `mjxwalk.replay.skeleton` returns them.
-      ground_x: where the terrain's nodes are, m.
-      ground_z: how high they are, m.
+      sticks: the figures.
     """
 
     label: str
     seconds: float
     fell: bool
-    skeletons: Float[np.ndarray, "figure 2 7 2"]
-    ground_x: Float[np.ndarray, " node"]
-    ground_z: Float[np.ndarray, " node"]
+    sticks: Sticks
 
 
 class Recorded(NamedTuple):
@@ -51,17 +48,19 @@ class Recorded(NamedTuple):
       gaits: of the winner of each.
       density: of the angles, over all of them.
       stick: the one that falls least.
+      faults: of each in some trials, from `analysis.faults`; None of planar walkers.
     """
 
     labels: tuple[str, ...]
     gaits: tuple[Gait, ...]
     density: AngleDensity
     stick: Stick
+    faults: Frame | None
 
 
 def can_be(phase: Phase) -> bool:
-    """Returns whether a phase's winner can be recorded: whether it is a planar walker."""
-    return isinstance(phase.experiment.env, Planar7)
+    """Returns whether a phase's winner can be recorded: whether its angles have roles."""
+    return isinstance(phase.experiment.env, Planar7 | Flame)
 
 
 def record(
@@ -83,16 +82,16 @@ def record(
     """
     found: dict[str, Recorded] = {}
     for name, phases in variants.items():
-        planar = [phase for phase in phases if can_be(phase)]
-        if planar:
-            say(f"recording {name}: {num_trials} trials of {len(planar)}")
-            found[name] = _record(planar, num_trials, seed, engine)
+        recordable = [phase for phase in phases if can_be(phase)]
+        if recordable:
+            say(f"recording {name}: {num_trials} trials of {len(recordable)}")
+            found[name] = _record(recordable, num_trials, seed, engine)
     return found
 
 
 def _record(phases: Sequence[Phase], num_trials: int, seed: int, engine: str) -> Recorded:
     gaits: list[Gait] = []
-    density = angles.empty_density()
+    density = angles.empty_density(angles.roles_of(phases[0].experiment.env))
     for phase in phases:
         rows, density = _trials(phase, density, num_trials, seed, engine)
         gaits.append(gait.summarise(rows))
@@ -102,6 +101,7 @@ def _record(phases: Sequence[Phase], num_trials: int, seed: int, engine: str) ->
         gaits=tuple(gaits),
         density=density,
         stick=_stick(phases[best], seed, engine),
+        faults=_faults(phases, seed, engine),
     )
 
 
@@ -133,6 +133,23 @@ def _trials(
     return pd.concat(rows, ignore_index=True), density
 
 
+def _faults(phases: Sequence[Phase], seed: int, engine: str) -> Frame | None:
+    """Returns what the gaits of spatial walkers hide, a row for each."""
+    import pandas as pd
+
+    if not isinstance(phases[0].experiment.env, Flame):
+        return None
+    rows: list[Any] = []
+    for phase in phases:
+        experiment = phase.experiment.tried()
+        recording = trials.record_trials(
+            experiment, phase.walker.genotype, trials=LOOKED_AT, seed=seed, engine=engine
+        )
+        measured = faults.measure_faults(recording, experiment.env)
+        rows.append(measured[list(faults.FAULTS)].abs().mean())
+    return pd.DataFrame(rows, index=[phase.label for phase in phases])
+
+
 def _stick(phase: Phase, seed: int, engine: str) -> Stick:
     """Returns the first seconds of a trial without a fall in them, if there is one."""
     experiment = phase.experiment.tried()
@@ -154,12 +171,9 @@ def _stick(phase: Phase, seed: int, engine: str) -> Stick:
     fell = np.asarray(recording.states.fell[-1])
     chosen = int(np.argmin(fell))
     there = ~recording.done[:, chosen]
-    ground = env.terrain
     return Stick(
         label=phase.label,
         seconds=float(recording.time[-1, chosen]),
         fell=bool(fell[chosen]),
-        skeletons=replay.skeleton(env, recording.states.qpos[there, chosen]),
-        ground_x=ground.start + ground.spacing * np.arange(ground.num_nodes),
-        ground_z=heights[chosen],
+        sticks=sticks.find(env, recording.states.qpos[there, chosen], heights[chosen]),
     )

@@ -1,10 +1,10 @@
-"""How the winners walk: Table 5, Figures 5 and 6 of Solomon, Locascio & Hartmann (2013)."""
+"""How the winners walk: Table 5, Figures 5, 6 and 8 of Solomon, Locascio & Hartmann (2013)."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from mjxwalk.analysis import figures, paper, tables
+from mjxwalk.analysis import figures, paper, sticks, tables
 from mjxwalk.analysis.frame import Frame
 from mjxwalk.analysis.gait import Gait
 from mjxwalk.report import drawing
@@ -18,13 +18,14 @@ from mjxwalk.report.parts import (
     RowGroup,
     Section,
     Table,
+    cells,
     count,
     frame,
     number,
     quoted,
     spread,
 )
-from mjxwalk.report.recorded import Recorded, Stick
+from mjxwalk.report.recorded import LOOKED_AT, Recorded
 
 PLACES = {  # of the figures of a gait, with their titles
     "speed_m_s": ("speed (m/s)", 2),
@@ -33,6 +34,14 @@ PLACES = {  # of the figures of a gait, with their titles
     "stride_time_s": ("duration of a stride (s)", 2),
     "swing_time_s": ("duration of a swing (s)", 2),
     "cost_of_transport": ("cost of transport", 3),
+}
+FAULTS = {  # of a spatial gait, with their titles, factors and places
+    "slip": ("soles slide (% of the way)", 100, 1),
+    "brush": ("a swinging foot brushes the ground (% of its swing)", 100, 1),
+    "flight": ("no foot touches the ground (% of the time)", 100, 1),
+    "drift": ("drift sideways (% of the way)", 100, 1),
+    "pitch_rad": ("lean of the torso forward or back (rad)", 1, 3),
+    "roll_rad": ("roll of the torso (rad)", 1, 3),
 }
 IN_PAPER = ("speed_m_s", "step_length_m", "double_stance")  # what its table had
 
@@ -47,7 +56,9 @@ def section(recorded: Mapping[str, Recorded], *, why_not: str = "") -> Section:
     if not recorded:
         return Section(anchor="walking", title="How they walk", texts=(why_not,))
     parts: list[Table | Picture] = [_table(recorded)]
-    parts += [_stick(name, each.stick) for name, each in recorded.items()]
+    if any(_is_spatial(each) for each in recorded.values()):
+        parts.append(_faults(recorded))
+    parts += [_stick(name, each) for name, each in recorded.items()]
     parts += [_density(name, each) for name, each in recorded.items() if each.density.steps]
     still = [name for name, each in recorded.items() if not each.density.steps]
     text = (
@@ -56,8 +67,8 @@ def section(recorded: Mapping[str, Recorded], *, why_not: str = "") -> Section:
     )
     if still:
         text += (
-            f" There is no Figure 6 of {', '.join(still)}: no whole step was taken in a trial "
-            "without a fall."
+            f" There is no figure of the angles of {', '.join(still)}: no whole step was taken in "
+            "a trial without a fall."
         )
     return Section(anchor="walking", title="How they walk", texts=(text,), parts=tuple(parts))
 
@@ -68,9 +79,10 @@ def _table(recorded: Mapping[str, Recorded]) -> Table:
     rows = [Row(title, _line(data, name, list(gaits))) for name, (title, _) in PLACES.items()]
     stance = paper.HUMAN_IN_PAPER["double_stance"]
     basis = "; ".join(f"{name}: {_basis(each)}" for name, each in gaits.items())
+    spatial = any(_is_spatial(each) for each in recorded.values())
     return Table(
-        name="table-5",
-        caption="Table 5. Gaits of the winners",
+        name="gaits" if spatial else "table-5",
+        caption="Gaits of the winners" if spatial else "Table 5. Gaits of the winners",
         head="figure",
         columns=(
             *(Column(name, "ours") for name in gaits),
@@ -86,6 +98,45 @@ def _table(recorded: Mapping[str, Recorded]) -> Table:
             f"human's. Adults: {paper.FUKUCHI}; in the paper: {stance.source}."
         ),
     )
+
+
+def _faults(recorded: Mapping[str, Recorded]) -> Table:
+    """Returns what spatial gaits hide."""
+    import pandas as pd
+
+    known = {name: each.faults for name, each in recorded.items() if each.faults is not None}
+    data = pd.concat(known, names=["phase", "run"])
+    means, deviations = (
+        getattr(data.groupby(level="phase", sort=False), of)() for of in ("mean", "std")
+    )
+    rows = [
+        Row(
+            title,
+            cells(
+                *(
+                    spread(scale * means.loc[phase, name], scale * deviations.loc[phase, name], num)
+                    for phase in recorded
+                )
+            ),
+        )
+        for name, (title, scale, num) in FAULTS.items()
+    ]
+    return Table(
+        name="faults",
+        caption="What the gaits of the winners may hide",
+        head="figure",
+        columns=tuple(Column(name) for name in recorded),
+        groups=(RowGroup("", tuple(rows)),),
+        data=data.reset_index(),
+        note=(
+            f"Means over {LOOKED_AT} trials of each winner, absolute values; ± between winners. "
+            "A sole slides as fast as the slowest of its corners that touch the ground."
+        ),
+    )
+
+
+def _is_spatial(recorded: Recorded) -> bool:
+    return recorded.faults is not None
 
 
 def _line(data: Frame, name: str, variants: list[str]) -> tuple[Cell, ...]:
@@ -111,40 +162,43 @@ def _basis(gaits: tuple[Gait, ...]) -> str:
     return f"{count(strides, 'stride')} in {trials - falls:,} of {trials:,} trials"
 
 
-def _stick(name: str, stick: Stick) -> Picture:
-    num = len(stick.skeletons)
+def _stick(name: str, recorded: Recorded) -> Picture:
+    stick, spatial = recorded.stick, _is_spatial(recorded)
+    num = len(stick.sticks.skeletons)
     end = f"; it falls after {stick.seconds:.1f} s" if stick.fell else ""
-    walked = float(np.ptp(stick.skeletons[:, 0, 1, 0]))
-    place = f"figure-5-{name}"
+    walked = float(np.ptp(stick.sticks.skeletons[:, 0, 1, 0]))
+    place = f"sticks-{name}" if spatial else f"figure-5-{name}"
     alt = (
         f"{count(num, 'stick figure')} of a walker with torso, thighs, shanks and feet, side by "
         f"side on uneven ground; its hip gets {walked:.1f} m forward in {stick.seconds:.1f} s{end}."
     )
-    drawn = figures.stick_figures(stick.skeletons, stick.ground_x, stick.ground_z)
     return Picture(
         name=place,
         caption=(
-            f"Figure 5, {name}. The winner of {stick.label} from its start, every half second"
-            f"{end}. The right leg is the faint one."
+            f"{'Stick figures' if spatial else 'Figure 5'}, {name}. The winner of {stick.label} "
+            f"from its start, every half second{end}. "
+            + ("Below, from the front. The left" if spatial else "The right")
+            + " leg is the faint one."
         ),
-        svg=drawing.inline(drawn, name=place, alt=alt),
+        svg=drawing.inline(sticks.draw(stick.sticks), name=place, alt=alt),
     )
 
 
 def _density(name: str, recorded: Recorded) -> Picture:
     density = recorded.density
-    place = f"figure-6-{name}"
+    figure = 8 if _is_spatial(recorded) else 6
+    place = f"figure-{figure}-{name}"
     courses = [
         f"{angle} from {number(course.min(), 0)} to {number(course.max(), 0)} degrees"
         for angle, course in zip(density.names, density.mean, strict=True)
     ]
-    alt = f"Seven panels, an angle each. Averages over a step: {', '.join(courses)}."
+    alt = f"{len(density.names)} panels, an angle each. Averages over a step: {', '.join(courses)}."
     middles = (np.arange(density.mean.shape[1]) + 0.5) / density.mean.shape[1]
     data = {"step": middles, **dict(zip(density.names, density.mean, strict=True))}
     return Picture(
         name=place,
         caption=(
-            f"Figure 6, {name}. How often each angle is where over a step, of "
+            f"Figure {figure}, {name}. How often each angle is where over a step, of "
             f"{count(density.steps, 'step')} of {count(len(recorded.labels), 'winner')} in trials "
             "without a fall. The file has the average courses."
         ),

@@ -1,11 +1,14 @@
 """Tests of angles by role over a step."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from analysis.walking import STRIDE_FRAMES, recording, walk
 
 from mjxwalk.analysis import angles
 from mjxwalk.analysis.angles import add_steps, angle_density, empty_density, step_angles
-from mjxwalk.envs import Planar7
+from mjxwalk.envs import Flame, Planar7, Terrain
+from mjxwalk.envs.flame_body import PITCH, ROLL
 from mjxwalk.replay import Recording
 
 ENV = Planar7()
@@ -76,3 +79,21 @@ def test_adding_steps_by_and_by_is_adding_them_at_once() -> None:
 def test_no_steps_have_no_mean() -> None:
     density = empty_density(slices=3, bins=4)
     assert np.isnan(density.mean).all() and not density.whiteness.any()
+
+
+def test_the_roll_of_a_spatial_body_is_told_towards_the_stance_foot() -> None:
+    env = Flame()
+    ground = Terrain(jnp.zeros((1, *env.terrain.num_nodes)), jnp.zeros((), jnp.int32))
+    start, frames = env.reset(ground), 600
+    states = jax.tree.map(lambda leaf: np.repeat(np.asarray(leaf)[None], frames, axis=0), start)
+    states.qpos[:, PITCH], states.qpos[:, ROLL] = np.radians(5.0), np.radians(10.0)
+    left = np.arange(frames) // 50 % 2 == 0  # roles change every half second
+    touching = np.repeat(np.stack([left, ~left], axis=1), 4, axis=1)
+    states = jax.tree.map(lambda leaf: leaf[:, None], states._replace(touching=touching))
+    time = (0.01 * np.arange(frames, dtype=np.float32))[:, None]
+    steps = step_angles(Recording(time, np.zeros((frames, 1), bool), states), env)
+    torso, roll = (angles.SPATIAL.names.index(name) for name in ("torso", "roll"))
+    np.testing.assert_allclose(steps[..., torso], 5.0, atol=1e-4)
+    np.testing.assert_allclose(np.abs(steps[..., roll]), 10.0, atol=1e-4)
+    signs = np.sign(steps[:, 0, roll])
+    assert len(signs) >= 4 and (signs[1:] == -signs[:-1]).all()
