@@ -17,7 +17,7 @@ from mjxwalk.evolution.goal import Trying
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Config, Interrupted, Metrics, Result, RunError, folder, metrics, result
 from mjxwalk.runs import start as starts
-from mjxwalk.runs.checkpoints import Checkpoints, restore_newest
+from mjxwalk.runs.checkpoints import Checkpoints, generations, restore_newest
 from mjxwalk.runs.trees import flatten, unflatten
 
 
@@ -70,7 +70,9 @@ def evolve(
         finer = _ahead(config, make_finer, stack)
         evolution = Evolution(config.experiment, evaluator, finer)
         state = _begin(path, evolution, config, reporter)
-        checkpoints = stack.enter_context(Checkpoints(path / folder.CHECKPOINTS, keep=config.keep))
+        checkpoints = stack.enter_context(
+            Checkpoints(path / folder.CHECKPOINTS, keep=config.keep, before=(path / metrics.FILE,))
+        )
         checkpoints.discard_after(int(state.generation))
         try:
             while not _ended(state, config):
@@ -128,6 +130,12 @@ def _begin(path: Path, evolution: Evolution, config: Config, reporter: Reporter)
             raise RunError(
                 f"no checkpoint of {path} can be read, so it cannot be resumed; evolve it again "
                 f"with its settings in {path / 'config.json'}"
+            )
+        if generations(checkpoints):
+            raise RunError(
+                f"{path / metrics.FILE} ends after generation {len(lines)}, before the oldest "
+                "checkpoint: it was cut or changed; put it back as it was, or remove "
+                f"{checkpoints} to evolve from generation 1 again"
             )
         metrics.cut(path, 0)
         return start

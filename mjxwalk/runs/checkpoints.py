@@ -1,57 +1,41 @@
-"""Generations on disk: one Orbax checkpoint each, written in the background, checked when read.
+"""Generations on disk: one checkpoint each, written in the background, checked when read.
 
-A checkpoint is a flat table of named arrays. Orbax needs a millisecond or two of Python for each
-array that it writes and a genotype has dozens, so the arrays of one dtype are stored end to end as
-one, and an index in the checkpoint's metadata says which piece is which. The metadata also holds a
-digest of the bytes: Orbax by itself restores a flipped bit without a word.
+A checkpoint is a flat table of named arrays in the format of Orbax. Orbax spends some 30 ms of
+Python on each that it writes, a third of a short generation, so it writes only an example (see
+`mjxwalk.runs.layout`), and all arrays are stored end to end as one array of bytes. An index in the
+checkpoint's metadata says which piece is which, and holds a digest of the bytes.
+
+A checkpoint counts once it has its name, and gets its name when all of it is on the disk: a loss of
+power costs the generations that were under way, whatever order the disk writes in.
 """
 
-import hashlib
-import logging
-import math
+import contextlib
+import os
 import shutil
-from collections.abc import Mapping, Sequence
+import stat
+from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any
 
 import msgspec
-import numpy as np
 import numpy.typing as npt
-import orbax.checkpoint as ocp
 
 from mjxwalk.errors import RunError
+from mjxwalk.runs import files, layout, packing
+from mjxwalk.runs.packing import Arrays, Index
 
-Arrays = Mapping[str, npt.NDArray[Any]]
-
-SCHEMA = (
-    1  # of the checkpoint's layout; raise it whenever an older reader would misread a newer one
-)
-
-
-def _is_news(record: logging.LogRecord) -> bool:
-    # Orbax 0.12 warns at each save without OCDBT that there is nothing of OCDBT to merge.
-    return "Skipping merge of OCDBT" not in record.getMessage()
+SCHEMA = 2  # of the layout; raise it whenever an older reader would misread a newer one
+COMPRESSED = 1  # the version before, with an array for each type, which is read as well
+MOST_METADATA = 1 << 24  # bytes, ours: an index of fifty arrays takes a few kilobytes
 
 
-logging.getLogger("absl").addFilter(_is_news)
+class OtherVersion(RunError):
+    """A checkpoint is of a version of mjxwalk that this one does not read."""
 
 
-class Entry(NamedTuple):
-    """Where one named array lies: after those of its dtype that come before it in the index."""
-
-    name: str
-    dtype: str
-    shape: tuple[int, ...]
-
-
-class Index(msgspec.Struct, frozen=True, kw_only=True):
-    """What a checkpoint says of itself."""
-
-    schema: int
-    generation: int
-    entries: tuple[Entry, ...]
-    digest: str
+class _Metadata(msgspec.Struct):
+    custom_metadata: dict[str, Any]
 
 
 class Checkpoints:
@@ -61,11 +45,19 @@ class Checkpoints:
     Use it as a context manager, or call `wait` before relying on what is on disk.
     """
 
-    def __init__(self, folder: Path, *, keep: int | None = None) -> None:
-        """Args: folder: made at the first save. keep: newest generations that stay; None is all."""
+    def __init__(
+        self, folder: Path, *, keep: int | None = None, before: Sequence[Path] = ()
+    ) -> None:
+        """Makes no file yet.
+
+        Args:
+          folder: made at the first save.
+          keep: newest generations that stay; None is all.
+          before: files that must be on the disk before a checkpoint that follows them counts.
+        """
         self._folder = folder
         self._keep = keep
-        self._orbax = ocp.PyTreeCheckpointer(use_ocdbt=False)
+        self._before = before
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="checkpoint")
         self._pending: Future[None] | None = None
 
@@ -74,7 +66,6 @@ class Checkpoints:
 
     def __exit__(self, *_: object) -> None:
         self._worker.shutdown(wait=True)
-        self._orbax.close()
 
     def generations(self) -> list[int]:
         """Returns the generations that have a finished checkpoint, oldest first."""
@@ -107,20 +98,25 @@ class Checkpoints:
     def discard_after(self, generation: int) -> None:
         """Removes the checkpoints of later generations, and what a killed process left behind."""
         for path in _listdir(self._folder):
-            if not path.name.isdigit() or int(path.name) > generation:
-                shutil.rmtree(path, ignore_errors=True)
+            if (_generation(path) or generation + 1) > generation:
+                _remove(path)
 
     def _write(self, generation: int, arrays: Arrays) -> None:
         target = self._folder.resolve() / str(generation)
         if target.exists():  # saved just before Ctrl-C, and asked for again after it
             return
-        packed, entries = _pack(arrays)
-        index = Index(
-            schema=SCHEMA, generation=generation, entries=entries, digest=_digest(entries, packed)
-        )
+        unfinished = target.with_name(files.partial(target.name))
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            self._orbax.save(target, packed, custom_metadata=msgspec.to_builtins(index))
+            content, entries = packing.pack(arrays)
+            digest = packing.digest(generation, entries, content.data)
+            index = Index(schema=SCHEMA, generation=generation, entries=entries, digest=digest)
+            for path in self._before:
+                files.sync(path)
+            shutil.rmtree(unfinished, ignore_errors=True)
+            layout.fill(unfinished, content, index)
+            unfinished.replace(target)
+            files.sync(target.parent)
             self._prune()
         except Exception as error:  # tensorstore raises ValueError where the system has OSError
             self.discard_after(generation - 1)
@@ -129,43 +125,37 @@ class Checkpoints:
     def _prune(self) -> None:
         if self._keep is not None:
             for generation in self.generations()[: -self._keep]:
-                shutil.rmtree(self._folder / str(generation), ignore_errors=True)
+                _remove(self._folder / str(generation))
 
 
 def generations(folder: Path) -> list[int]:
     """Returns the generations that have a finished checkpoint in a folder, oldest first."""
-    return sorted(int(path.name) for path in _listdir(folder) if path.name.isdigit())
+    return sorted(number for path in _listdir(folder) if (number := _generation(path)) is not None)
 
 
 def restore(folder: Path, generation: int) -> dict[str, npt.NDArray[Any]]:
     """Returns a generation's arrays by name, in host memory; no accelerator is used.
 
+    Nothing is allocated that is not on the disk.
+
     Raises:
       RunError: the checkpoint is absent, of another version, cut short or changed.
     """
-    path = folder.resolve() / str(generation)
+    path = folder / str(generation)
     if not path.is_dir():
         raise RunError(f"there is no checkpoint of generation {generation} in {folder}")
     try:
-        with ocp.PyTreeCheckpointer(use_ocdbt=False) as orbax:
-            # Untyped in Orbax: checked by the conversion to Index, and by the digest below.
-            metadata = cast("Any", orbax.metadata(path)).custom_metadata
-            schema = metadata.get("schema") if isinstance(metadata, dict) else None
-            if isinstance(schema, int) and schema != SCHEMA:
-                raise RunError(
-                    f"checkpoint {path} has layout version {schema} and this mjxwalk reads "
-                    f"version {SCHEMA}; use the version of mjxwalk that wrote it"
-                )
-            index = msgspec.convert(metadata, Index)
-            _check_sizes(path, index.entries)
-            packed = cast("dict[str, npt.NDArray[Any]]", _restore_packed(orbax, path, index))
-    except RunError:
+        index = _read_index(path)
+        if index.generation != generation:
+            raise ValueError(f"it is of generation {index.generation}")
+        is_compressed = index.schema == COMPRESSED
+        return _restore_compressed(path, index) if is_compressed else _restore(path, index)
+    except OtherVersion:
         raise
+    except RunError as error:
+        raise RunError(f"checkpoint {path} is damaged: {error}") from error
     except Exception as error:  # Orbax passes on whatever its JSON, zarr and file layers raise
         raise RunError(f"checkpoint {path} is damaged ({_first_line(error)})") from error
-    if index.generation != generation or _digest(index.entries, packed) != index.digest:
-        raise RunError(f"checkpoint {path} is damaged (its contents do not match their digest)")
-    return _unpack(packed, index.entries)
 
 
 def restore_newest(
@@ -186,59 +176,65 @@ def restore_newest(
     return 0, {}, damaged
 
 
-def _restore_packed(orbax: ocp.PyTreeCheckpointer, path: Path, index: Index) -> Any:
-    dtypes = {entry.dtype for entry in index.entries}
-    host = {dtype: ocp.RestoreArgs(restore_type=np.ndarray) for dtype in dtypes}
-    return orbax.restore(path, item=dict.fromkeys(dtypes, 0), restore_args=host)
+def _read_index(path: Path) -> Index:
+    _check_plain(path)
+    raw = files.read(path / layout.METADATA, MOST_METADATA)
+    told = msgspec.json.decode(raw, type=_Metadata).custom_metadata
+    schema = told.get("schema")
+    if isinstance(schema, int) and schema not in (COMPRESSED, SCHEMA):
+        raise OtherVersion(
+            f"checkpoint {path} has layout version {schema} and this mjxwalk reads version "
+            f"{SCHEMA}; use the version of mjxwalk that wrote it"
+        )
+    return msgspec.convert(told, Index)
 
 
-def _check_sizes(path: Path, entries: Sequence[Entry]) -> None:
-    """Refuses an index that does not fit the arrays stored, before anything is allocated."""
-    for dtype, total in _totals(entries).items():
-        header = msgspec.json.decode((path / dtype / ".zarray").read_bytes(), type=_ZarrHeader)
-        if header.shape != (total,):
-            raise ValueError(f"{dtype} holds {header.shape} numbers where the index has {total}")
+def _restore(path: Path, index: Index) -> dict[str, npt.NDArray[Any]]:
+    wanted = packing.total(index.entries)
+    stored = (path / layout.CONTENT).stat().st_size
+    if stored != wanted:
+        raise ValueError(f"it holds {stored} bytes where the index has {wanted}")
+    content = files.read(path / layout.CONTENT, wanted)
+    if packing.digest(index.generation, index.entries, content) != index.digest:
+        raise ValueError("its contents do not match their digest")
+    return packing.unpack(content, index.entries)
 
 
-class _ZarrHeader(msgspec.Struct):
-    shape: tuple[int, ...]
+def _restore_compressed(path: Path, index: Index) -> dict[str, npt.NDArray[Any]]:
+    from mjxwalk.runs import compressed  # imports Orbax, and with it JAX
+
+    return compressed.restore(path, index.entries, index.digest)
 
 
-def _totals(entries: Sequence[Entry]) -> dict[str, int]:
-    totals: dict[str, int] = {}
-    for entry in entries:
-        totals[entry.dtype] = totals.get(entry.dtype, 0) + math.prod(entry.shape)
-    return totals
+def _check_plain(path: Path) -> None:
+    """Refuses a checkpoint with more in it than files and folders: a link may lead anywhere."""
+    if path.is_symlink():
+        raise ValueError("it is a link")
+    for parent, folders, names in os.walk(path):
+        for name in (*folders, *names):
+            mode = os.lstat(os.path.join(parent, name)).st_mode
+            if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+                raise ValueError(f"{name} is no plain file")
 
 
-def _pack(arrays: Arrays) -> tuple[dict[str, npt.NDArray[Any]], tuple[Entry, ...]]:
-    pieces: dict[str, list[npt.NDArray[Any]]] = {}
-    entries: list[Entry] = []
-    for name, array in arrays.items():
-        dtype = array.dtype.name
-        pieces.setdefault(dtype, []).append(array.reshape(-1))
-        entries.append(Entry(name, dtype, array.shape))
-    return {dtype: np.concatenate(parts) for dtype, parts in pieces.items()}, tuple(entries)
-
-
-def _unpack(packed: Arrays, entries: Sequence[Entry]) -> dict[str, npt.NDArray[Any]]:
-    used = dict.fromkeys(packed, 0)
-    arrays: dict[str, npt.NDArray[Any]] = {}
-    for name, dtype, shape in entries:
-        start, used[dtype] = used[dtype], used[dtype] + math.prod(shape)
-        arrays[name] = packed[dtype][start : used[dtype]].reshape(shape)
-    return arrays
-
-
-def _digest(entries: Sequence[Entry], packed: Arrays) -> str:
-    digest = hashlib.blake2b(msgspec.json.encode(entries), digest_size=16)
-    for dtype in sorted(packed):
-        digest.update(np.ascontiguousarray(packed[dtype]).data.cast("B"))
-    return digest.hexdigest()
+def _generation(path: Path) -> int | None:
+    """Returns the generation that a folder's name stands for."""
+    name = path.name
+    return int(name) if name.isascii() and name.isdecimal() and name[0] != "0" else None
 
 
 def _listdir(folder: Path) -> list[Path]:
     return list(folder.iterdir()) if folder.is_dir() else []
+
+
+def _remove(path: Path) -> None:
+    """Removes a checkpoint; if only half of that gets done, it does not count before the rest."""
+    unfinished = path.with_name(files.partial(path.name))
+    if _generation(path) is not None and path.exists():
+        shutil.rmtree(unfinished, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            path = path.rename(unfinished)
+    shutil.rmtree(path, ignore_errors=True)
 
 
 def _save_error(generation: int, folder: Path, error: Exception) -> str:

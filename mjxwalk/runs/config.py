@@ -8,10 +8,11 @@ import msgspec
 
 from mjxwalk import settings
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files
+from mjxwalk.runs import files, sealing
 
 FILE = "config.json"
-SCHEMA = 1  # of this file; raise it when a setting changes its meaning
+SCHEMA = 2  # of this file; raise it when a setting changes its meaning
+UNSEALED = 1  # the version before, which had no digest and is read as well
 
 # ours: enough to fall back on when the newest is damaged. A run of thousands of generations that
 # keeps all takes gigabytes, and the last 50 elites are in every checkpoint anyway.
@@ -75,6 +76,7 @@ class Config:
 
 class _File(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     schema: int
+    digest: str | None = None
     seed: int
     engine: str
     keep: int | None
@@ -89,13 +91,13 @@ def write(folder: Path, config: Config) -> None:
     Raises:
       RunError: the settings would not read back as they are.
     """
-    text = msgspec.json.encode(_to_file(config))
+    text = sealing.sealed(_to_file(config))
     if not _reads_back(text, config):
         raise RunError(
             f"experiment {config.experiment.name} has a setting that JSON cannot hold, so the run "
             "could not be repeated; use finite numbers, texts, lists and tables"
         )
-    files.replace(folder / FILE, msgspec.json.format(text, indent=2) + b"\n")
+    files.replace(folder / FILE, text)
 
 
 def read_data(folder: Path) -> dict[str, Any]:
@@ -104,7 +106,11 @@ def read_data(folder: Path) -> dict[str, Any]:
     Raises:
       RunError: the folder holds no run, or the file is not what a run writes.
     """
-    return msgspec.to_builtins(_read_file(folder))
+    file, content = _read_file(folder)
+    _check(folder / FILE, file, content)
+    data = msgspec.to_builtins(file)
+    del data[sealing.DIGEST]
+    return data
 
 
 def read(folder: Path) -> Config:
@@ -113,24 +119,32 @@ def read(folder: Path) -> Config:
     Raises:
       RunError: the folder holds no run, or a setting is unknown, missing or of a wrong type.
     """
-    file = _read_file(folder)
+    file, content = _read_file(folder)
     try:
-        return _from_file(file, None)
+        config = _from_file(file, None)
     except (RunError, ValueError) as error:
         raise RunError(f"{folder / FILE}: {error}") from None
+    # Last: what is wrong with a setting says more.
+    _check(folder / FILE, file, content)
+    return config
 
 
-def _read_file(folder: Path) -> _File:
+def _check(path: Path, file: _File, content: bytes) -> None:
+    if file.schema != UNSEALED or file.digest is not None:
+        sealing.check(path, content, needed=True)
+
+
+def _read_file(folder: Path) -> tuple[_File, bytes]:
     path = folder / FILE
     if not path.is_file():
         raise RunError(f"{folder} is no run: it has no {FILE}")
     raw = files.read(path)
     try:
         schema = msgspec.json.decode(raw, type=dict[str, Any]).get("schema")
-        if isinstance(schema, int) and schema != SCHEMA:
+        if isinstance(schema, int) and schema not in (UNSEALED, SCHEMA):
             raise RunError(f"{path} has version {schema} and this mjxwalk reads version {SCHEMA}")
-        return msgspec.json.decode(raw, type=_File)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        return msgspec.json.decode(raw, type=_File), raw
+    except files.MALFORMED as error:
         raise RunError(f"{path} cannot be read: {error}") from None
 
 

@@ -1,28 +1,29 @@
 """A run's folder while a process works on it: made once, locked, its checkpoints in step."""
 
-import contextlib
 import datetime
-import fcntl
-import os
-from collections.abc import Generator
+import itertools
 from pathlib import Path
 
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, files, start, study
 from mjxwalk.runs.config import Config
+from mjxwalk.runs.locking import CHECKPOINTS, LOCK_FILE, check_links, is_locked, locked
 from mjxwalk.runs.start import Start
 
-CHECKPOINTS = "checkpoints"
-LOCK_FILE = ".lock"
 RUNS = Path("runs")
 # What a process that was killed while it made a run's folder may have left in it.
-BEGUN = (start.FILE, files.partial(start.FILE), files.partial(config.FILE))
+BEGUN = (LOCK_FILE, start.FILE, files.partial(start.FILE), files.partial(config.FILE))
 
 
 def default_path(experiment: str, seed: int) -> Path:
-    """Returns a new folder's path: runs/<experiment>-<seed>-<time>."""
+    """Returns a new folder's path: runs/<experiment>-<seed>-<time>, with a number if it is there.
+
+    A clock that is put back tells a time again.
+    """
     now = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
-    return RUNS / f"{experiment.replace('/', '-')}-{seed}-{now}"
+    path = RUNS / f"{experiment.replace('/', '-')}-{seed}-{now}"
+    numbered = (path.with_name(f"{path.name}-{number}") for number in itertools.count(2))
+    return next(each for each in itertools.chain([path], numbered) if not each.exists())
 
 
 def check_free(path: Path) -> None:
@@ -59,9 +60,11 @@ def create(path: Path, settings: Config, given: Start | None = None) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"{path} could not be made: {files.describe(error)}") from error
-    if given is not None:
-        start.write(path, given)
-    config.write(path, settings)  # last: with it the folder holds a run
+    with locked(path):
+        check_free(path)  # again: another process may have been as quick
+        if given is not None:
+            start.write(path, given)
+        config.write(path, settings)  # last: with it the folder holds a run
 
 
 def check_run(path: Path) -> None:
@@ -78,40 +81,16 @@ def check_run(path: Path) -> None:
         raise RunError(f"{path} is a study, not a run{which}")
     if not (path / config.FILE).is_file():
         raise RunError(f"{path} is no run: it has no {config.FILE}")
+    check_links(path)
 
 
-@contextlib.contextmanager
-def locked(path: Path) -> Generator[None]:
-    """Keeps other processes from working on the run, until the block ends or this process does.
-
-    Raises:
-      RunError: another process has it, or the folder cannot be written.
-    """
-    try:
-        # The file stays: removing it would let a third process lock a new one beside a second.
-        descriptor = os.open(path / LOCK_FILE, os.O_RDWR | os.O_CREAT, 0o644)
-    except OSError as error:
-        raise RunError(f"{path} cannot be written: {files.describe(error)}") from error
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise RunError(f"another process is working on {path}; wait for it to end") from None
-        yield
-    finally:
-        os.close(descriptor)
-
-
-def is_locked(path: Path) -> bool:
-    """Returns whether a process is working on the run."""
-    try:
-        descriptor = os.open(path / LOCK_FILE, os.O_RDWR)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    finally:
-        os.close(descriptor)
-    return False
+__all__ = [
+    "CHECKPOINTS",
+    "RUNS",
+    "check_free",
+    "check_run",
+    "create",
+    "default_path",
+    "is_locked",
+    "locked",
+]

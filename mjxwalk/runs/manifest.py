@@ -10,7 +10,8 @@ from typing import Any
 import msgspec
 
 import mjxwalk
-from mjxwalk.runs import files
+from mjxwalk.errors import RunError
+from mjxwalk.runs import files, sealing
 
 FILE = "manifest.json"
 PACKAGES = (
@@ -49,8 +50,7 @@ def write(folder: Path, *, engine: str, why: str, devices: str) -> None:
         "cores": os.cpu_count(),
         "system": platform.platform(),
     }
-    text = msgspec.json.format(msgspec.json.encode(data), indent=2)
-    files.replace(folder / FILE, text + b"\n")
+    files.replace(folder / FILE, sealing.sealed(data))
 
 
 def versions() -> dict[str, str | None]:
@@ -93,10 +93,29 @@ def _git(root: Path, *args: str) -> str:
     return done.stdout.strip()
 
 
-def engine(folder: Path, otherwise: str) -> str:
-    """Returns the engine that a run was begun with, or another name where that is not known."""
+def read(folder: Path) -> dict[str, Any]:
+    """Returns the manifest of a run, {} if it was never written.
+
+    Raises:
+      RunError: the file cannot be read, or was changed.
+    """
+    path = folder / FILE
+    if not path.exists():
+        return {}
+    content = files.read(path)
     try:
-        data = msgspec.json.decode((folder / FILE).read_bytes(), type=dict[str, Any])
-    except (OSError, msgspec.DecodeError):
-        return otherwise
-    return str(data.get("engine", otherwise))
+        data = msgspec.json.decode(content, type=dict[str, Any])
+    except files.MALFORMED as error:
+        raise RunError(f"{path} cannot be read: {error}") from None
+    sealing.check(path, content, needed=False)  # older versions wrote none
+    data.pop(sealing.DIGEST, None)
+    return data
+
+
+def engine(folder: Path, otherwise: str) -> str:
+    """Returns the engine that a run was begun with, or another name where that is not known.
+
+    Raises:
+      RunError: the manifest cannot be read, or was changed.
+    """
+    return str(read(folder).get("engine", otherwise))

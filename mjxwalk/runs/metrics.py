@@ -1,5 +1,9 @@
-"""One line of figures for each generation, as the file `metrics.jsonl`."""
+"""One line of figures for each generation, as the file `metrics.jsonl`.
 
+Each line ends with a checksum of what comes before it: the CRC-32 of the line without it.
+"""
+
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -59,17 +63,21 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
         return self.evaluate_s + self.compile_s + self.other_s
 
 
+class _Line(Metrics, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    crc: str | None = None  # older versions wrote none
+
+
 def append(folder: Path, metrics: Metrics) -> None:
     """Adds a generation's line.
 
     Raises:
       RunError: it cannot be written, for example because the disk is full.
     """
-    files.append_line(folder / FILE, msgspec.json.encode(metrics))
+    files.append_line(folder / FILE, _encoded(metrics))
 
 
 def read(folder: Path) -> list[Metrics]:
-    """Returns the lines of a run up to the first that is cut short, as by a kill; [] without any.
+    """Returns the lines of a run up to the first that is cut short, as by a kill, or damaged.
 
     Raises:
       RunError: the file cannot be read.
@@ -77,14 +85,26 @@ def read(folder: Path) -> list[Metrics]:
     path = folder / FILE
     lines: list[Metrics] = []
     for raw in files.read(path).split(b"\n")[:-1] if path.exists() else []:
-        try:
-            line = msgspec.json.decode(raw, type=Metrics)
-        except (msgspec.DecodeError, UnicodeDecodeError):
-            break
-        if line.generation != len(lines) + 1:
+        line = _decoded(raw)
+        if line is None or line.generation != len(lines) + 1:
             break
         lines.append(line)
     return lines
+
+
+def _encoded(metrics: Metrics) -> bytes:
+    line = msgspec.json.encode(metrics)
+    return line[:-1] + b',"crc":"%08x"}' % zlib.crc32(line)
+
+
+def _decoded(raw: bytes) -> Metrics | None:
+    """Returns a line's figures, None if it is damaged."""
+    try:
+        line = msgspec.json.decode(raw, type=_Line)
+    except files.MALFORMED:
+        return None
+    metrics = Metrics(**{name: getattr(line, name) for name in Metrics.__struct_fields__})
+    return metrics if line.crc is None or raw == _encoded(metrics) else None
 
 
 def cut(folder: Path, generation: int) -> list[Metrics]:
@@ -94,7 +114,7 @@ def cut(folder: Path, generation: int) -> list[Metrics]:
       RunError: the file cannot be written.
     """
     kept = read(folder)[:generation]
-    content = b"".join(msgspec.json.encode(line) + b"\n" for line in kept)
+    content = b"".join(_encoded(line) + b"\n" for line in kept)
     files.replace(folder / FILE, content)
     return kept
 

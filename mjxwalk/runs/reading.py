@@ -4,11 +4,10 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy.typing as npt
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, files, folder, manifest, metrics, result
+from mjxwalk.runs import config, folder, manifest, metrics, result
 from mjxwalk.runs.result import Result
 
 Arrays = dict[str, npt.NDArray[Any]]
@@ -117,7 +116,7 @@ def load(path: str | Path, generation: int | None = None) -> Run:
     return Run(
         path=path,
         config=data,
-        manifest=_manifest(path),
+        manifest=manifest.read(path),
         metrics=metrics.columns(metrics.read(path)),
         generations=generations,
         generation=number,
@@ -138,13 +137,3 @@ def _checkpoint(
         return checkpoints.generations(path), generation, arrays, {}
     number, arrays, damaged = checkpoints.restore_newest(path)
     return checkpoints.generations(path), number, arrays, damaged
-
-
-def _manifest(path: Path) -> dict[str, Any]:
-    file = path / manifest.FILE
-    if not file.exists():
-        return {}
-    try:
-        return msgspec.json.decode(files.read(file), type=dict[str, Any])
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise RunError(f"{file} cannot be read: {error}") from None

@@ -1,23 +1,21 @@
 """What a finished run came to, as the files `result.json` and `champion.npz`."""
 
-import io
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 import numpy.typing as npt
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files
+from mjxwalk.runs import files, sealing
+from mjxwalk.runs.npz import npz, read_npz
 
 FILE = "result.json"
 CHAMPION_FILE = "champion.npz"
 
 
-class Champion(msgspec.Struct, frozen=True, kw_only=True):
+class Champion(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The best walker of a run, on terrains that played no part in choosing it.
 
     Attributes:
@@ -55,6 +53,10 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
     physics_steps: int
 
 
+class _File(Result, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    digest: str | None = None
+
+
 def write(folder: Path, result: Result, genotype: Mapping[str, npt.NDArray[Any]]) -> None:
     """Writes the champion's weights by name, then the result: with it the run is finished.
 
@@ -62,21 +64,7 @@ def write(folder: Path, result: Result, genotype: Mapping[str, npt.NDArray[Any]]
       RunError: the files cannot be written, for example because the disk is full.
     """
     files.replace(folder / CHAMPION_FILE, npz(genotype))
-    text = msgspec.json.format(msgspec.json.encode(result), indent=2)
-    files.replace(folder / FILE, text + b"\n")
-
-
-def npz(arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
-    """Returns the content of an npz file that is the same for the same arrays.
-
-    `numpy.savez` writes the time of day into it, and refuses an array named "file".
-    """
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        for name, array in arrays.items():
-            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as file:
-                np.lib.format.write_array(file, np.asarray(array), allow_pickle=False)
-    return buffer.getvalue()
+    files.replace(folder / FILE, sealing.sealed(result))
 
 
 def read(folder: Path) -> Result | None:
@@ -85,7 +73,21 @@ def read(folder: Path) -> Result | None:
     Raises:
       RunError: the file is not what a run writes.
     """
-    return files.read_json(folder / FILE, Result)
+    path = folder / FILE
+    if not path.exists():
+        return None
+    content = files.read(path)
+    try:
+        file = msgspec.json.decode(content, type=_File)
+        sealing.check(path, content, needed=False)  # older versions wrote none
+    except files.MALFORMED as error:
+        raise RunError(f"{path} cannot be read: {error}") from None
+    return Result(
+        champion=file.champion,
+        generations=file.generations,
+        wall_s=file.wall_s,
+        physics_steps=file.physics_steps,
+    )
 
 
 def read_genotype(folder: Path) -> dict[str, npt.NDArray[Any]]:
@@ -98,16 +100,3 @@ def read_genotype(folder: Path) -> dict[str, npt.NDArray[Any]]:
     if not path.exists():
         raise RunError(f"{folder} has no champion yet: the run is not finished")
     return read_npz(path)
-
-
-def read_npz(path: Path) -> dict[str, npt.NDArray[Any]]:
-    """Returns the arrays of an npz file by name.
-
-    Raises:
-      RunError: it is damaged.
-    """
-    try:
-        with np.load(io.BytesIO(files.read(path)), allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except Exception as error:  # zipfile, zlib and numpy each raise their own on damaged bytes
-        raise RunError(f"{path} is damaged ({error})") from None

@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files, result
+from mjxwalk.runs import files
+from mjxwalk.runs.npz import npz, read_npz
 
 FILE = "start.npz"
 
@@ -37,7 +38,7 @@ def write(folder: Path, start: Start) -> None:
     arrays: Arrays = {f"genotype.{name}": array for name, array in start.genotype.items()}
     arrays |= {f"strategy.{name}": array for name, array in start.strategy.items()}
     arrays["elite_fitness"] = start.elite_fitness
-    files.replace(folder / FILE, result.npz(arrays))
+    files.replace(folder / FILE, npz(arrays))
 
 
 def read(folder: Path) -> Start:
@@ -49,7 +50,7 @@ def read(folder: Path) -> Start:
     path = folder / FILE
     if not path.exists():
         raise RunError(f"{folder} lacks {FILE}, which its run starts from")
-    arrays = result.read_npz(path)
+    arrays = read_npz(path)
     if "elite_fitness" not in arrays:
         raise RunError(f"{path} is damaged (it has no elite_fitness)")
 

@@ -8,11 +8,15 @@ import msgspec
 
 from mjxwalk import settings
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, files
+from mjxwalk.runs import config, files, sealing
 from mjxwalk.runs.config import Config
+from mjxwalk.runs.locking import LOCK_FILE, locked
 
 FILE = "study.json"
-SCHEMA = 1  # of this file; raise it when a setting changes its meaning
+SCHEMA = 2  # of this file; raise it when a setting changes its meaning
+UNSEALED = 1  # the version before, which had no digest and is read as well
+# What a process that was killed while it made a study's folder may have left in it.
+BEGUN = (LOCK_FILE, files.partial(FILE))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -71,6 +75,7 @@ class _Phase(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
 
 class _File(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     schema: int
+    digest: str | None = None
     name: str
     seed: int
     engine: str
@@ -97,7 +102,7 @@ def check_free(path: Path) -> None:
             "another --out"
         )
     if path.exists() and (
-        not path.is_dir() or any(each.name != files.partial(FILE) for each in path.iterdir())
+        not path.is_dir() or any(each.name not in BEGUN for each in path.iterdir())
     ):
         raise RunError(f"{path} exists and is not an empty folder; choose another --out")
 
@@ -109,7 +114,7 @@ def create(path: Path, study: StudyConfig) -> None:
       RunError: the folder is taken, cannot be made, or the settings would not read back.
     """
     check_free(path)
-    text = msgspec.json.encode(
+    text = sealing.sealed(
         _File(
             schema=SCHEMA,
             name=study.name,
@@ -130,7 +135,9 @@ def create(path: Path, study: StudyConfig) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"{path} could not be made: {files.describe(error)}") from error
-    files.replace(path / FILE, msgspec.json.format(text, indent=2) + b"\n")
+    with locked(path):
+        check_free(path)  # again: another process may have been as quick
+        files.replace(path / FILE, text)
 
 
 def read(path: Path) -> StudyConfig:
@@ -143,13 +150,17 @@ def read(path: Path) -> StudyConfig:
     raw = files.read(file)
     try:
         schema = msgspec.json.decode(raw, type=dict[str, Any]).get("schema")
-        if isinstance(schema, int) and schema != SCHEMA:
+        if isinstance(schema, int) and schema not in (UNSEALED, SCHEMA):
             raise RunError(f"{file} has version {schema} and this mjxwalk reads version {SCHEMA}")
-        return _from_file(msgspec.json.decode(raw, type=_File))
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        data = msgspec.json.decode(raw, type=_File)
+        study = _from_file(data)
+    except files.MALFORMED as error:
         raise RunError(f"{file} cannot be read: {error}") from None
     except (RunError, ValueError) as error:
         raise RunError(f"{file}: {error}") from None
+    if data.schema != UNSEALED or data.digest is not None:
+        sealing.check(file, raw, needed=True)  # last: what is wrong with a setting says more
+    return study
 
 
 def _from_file(file: _File) -> StudyConfig:

@@ -242,7 +242,7 @@ with Interrupt(lambda text: print(text, flush=True)):
 def test_a_damaged_checkpoint_makes_no_noise(capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["evolve", "--generations", "3", "--out", "a"]) == 0
     Path("a/result.json").unlink()
-    array = Path("a/checkpoints/3/float32/0")
+    array = Path("a/checkpoints/3/arrays/0")
     array.write_bytes(array.read_bytes()[:-20])
     process = start("resume", "a")
     out, err = process.communicate(timeout=60)

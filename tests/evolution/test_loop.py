@@ -153,7 +153,7 @@ def test_lines_newer_than_the_checkpoint_are_cut(whole: Path, resumable: Path) -
 
 
 def test_a_truncated_last_checkpoint_falls_back_and_says_so(whole: Path, resumable: Path) -> None:
-    array = resumable / "checkpoints" / "6" / "float32" / "0"
+    array = resumable / "checkpoints" / "6" / "arrays" / "0"
     array.write_bytes(array.read_bytes()[:100])
     watcher = Watcher()
     run(resumable, watcher=watcher)
@@ -164,7 +164,7 @@ def test_a_truncated_last_checkpoint_falls_back_and_says_so(whole: Path, resumab
 
 def test_a_run_without_a_whole_checkpoint_is_one_sentence(resumable: Path) -> None:
     for generation in checkpoints.generations(resumable / "checkpoints"):
-        (resumable / "checkpoints" / str(generation) / "_METADATA").unlink()
+        (resumable / "checkpoints" / str(generation) / "_CHECKPOINT_METADATA").unlink()
     with pytest.raises(RunError, match="no checkpoint of .* can be read"):
         run(resumable)
     assert checkpoints.generations(resumable / "checkpoints") == [4, 5, 6]
@@ -196,7 +196,8 @@ def test_a_full_disk_stops_the_run_and_freed_it_goes_on(whole: Path, tmp_path: P
             run(tmp_path / "a", watcher=Watcher(fill_disk))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert runs.load(tmp_path / "a").generation == 3
+    # The third may have been half written, or done, when the disk was full.
+    assert runs.load(tmp_path / "a").generation in (2, 3)
     run(tmp_path / "a")
     assert same_run(whole, tmp_path / "a")
 

@@ -182,7 +182,7 @@ def test_a_damaged_population_is_refused_not_replaced_by_an_older_one(
     import shutil
 
     shutil.copytree(source, tmp_path / "a")
-    array = tmp_path / "a" / "checkpoints" / "6" / "float32" / "0"
+    array = tmp_path / "a" / "checkpoints" / "6" / "arrays" / "0"
     array.write_bytes(array.read_bytes()[:100])
     with pytest.raises(RunError, match="checkpoints/6 is damaged"):
         prepare(GOING_ON, tmp_path / "a")
@@ -194,7 +194,8 @@ def test_older_runs_without_the_newer_settings_can_be_read(tmp_path: Path) -> No
     path = tmp_path / "a"
     folder.create(path, Config(experiment=TOY))
     data = json.loads((path / config.FILE).read_text())
-    del data["origin"]
+    data["schema"] = config.UNSEALED
+    del data["digest"], data["origin"]
     for name in ("start", "pruning"):
         del data["experiment"][name]
     for name in ("fine_trials", "fine_factor"):

@@ -126,7 +126,7 @@ def test_a_damaged_winner_is_one_sentence() -> None:
 
 def test_damaged_checkpoints_are_one_sentence(capfd: pytest.CaptureFixture[str]) -> None:
     for path in Path("a/checkpoints").iterdir():
-        shutil.rmtree(path / "float32")
+        shutil.rmtree(path / "arrays")
     assert main(["tournament", "a"]) == 2
     error = capfd.readouterr().err
     assert re.fullmatch(r"mjxwalk: a has no checkpoint that can be read: [^\n]+\n", error)
