@@ -95,6 +95,20 @@ def acceleration(
         then returned; None where every degree of freedom is independent. By d'Alembert's principle
         it projects forces and mass matrix, and what couples the joints needs no force of its own.
     """
+    mass_matrix, force = equations(model, data, generalized_force, added_inertia, loads)
+    if coupling is not None:
+        mass_matrix, force = coupling.T @ mass_matrix @ coupling, coupling.T @ force
+    return solve(mass_matrix, force)
+
+
+def equations(
+    model: Model,
+    data: Any,
+    generalized_force: Float[Array, " nv"],
+    added_inertia: Float[Array, " nv"],
+    loads: dict[int, list[PointLoad]],
+) -> tuple[Float[Array, "nv nv"], Float[Array, " nv"]]:
+    """Returns mass matrix and force whose quotient `acceleration` is, for those who need both."""
     force = generalized_force - data.qfrc_bias
     inertia = data._impl.cinert
     for body, body_loads in loads.items():
@@ -104,10 +118,7 @@ def acceleration(
             inertia = inertia.at[body].add(_point_inertia(load))
         force += _moves(model, body) * (data.cdof @ wrench)
     data = mjx.crb(model.mjx, data.tree_replace({"_impl.cinert": inertia}))
-    mass_matrix = mjx.full_m(model.mjx, data) + jnp.diag(added_inertia)
-    if coupling is not None:
-        mass_matrix, force = coupling.T @ mass_matrix @ coupling, coupling.T @ force
-    return solve(mass_matrix, force)
+    return mjx.full_m(model.mjx, data) + jnp.diag(added_inertia), force
 
 
 def solve(matrix: Float[Array, "n n"], right: Float[Array, " n"]) -> Float[Array, " n"]:
