@@ -44,10 +44,11 @@ SOLOMON_3D = Experiment(
     population_size=320,  # ours: twice the paper's, which finds a gait less surely
     generations=2_000,  # ours: many times what most seeds take, restarts included
     terrains_per_evaluation=1,  # ours: the paper's number is lost
-    # ours: as good as never falls, and as far as the paper's best walk with 1,000 N m s
-    goal=Goal(trials=100, distance=50.0),
+    # ours: as good as never falls, at half the time step too, and farther than the paper's best,
+    # who get slightly over 50 m; at 50 m most still walk at a greater cost than the paper's
+    goal=Goal(trials=100, distance=60.0, fine_trials=50, fine_factor=2),
     restart_after=120,  # ours: half of the seeds are nearly there by then, the others are slow
-    restart_below=40.0,  # m; ours: of the 50 that the goal asks for
+    restart_below=40.0,  # m; ours: two thirds of what the goal asks for
 )
 
 
