@@ -71,7 +71,7 @@ class Evaluator:
             )
             self._run.compile(repeated, Terrain(table, rows))  # type: ignore[arg-type]
 
-    def evaluate(self, population: Any, heights: Float[Array, "terrain node"]) -> Outcome:
+    def evaluate(self, population: Any, heights: Float[Array, " terrain *node"]) -> Outcome:
         """Returns the outcomes as numpy arrays [pop, terrain].
 
         Args:

@@ -1,0 +1,77 @@
+"""Tries a walker on the same terrains by an engine and by C MuJoCo."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import numpy as np
+
+from mjxwalk import evaluation
+from mjxwalk.fitting import Fitting
+from mjxwalk.settings import override
+from mjxwalk.verify import agreement, bodies, trials
+from mjxwalk.verify.agreement import Agreement
+from mjxwalk.verify.command import VERIFY
+from mjxwalk.walkers import Walker
+
+C_MUJOCO = "C MuJoCo"
+
+
+def verify(
+    walker: Walker,
+    *,
+    engine: str,
+    terrains: int,
+    seed: int,
+    roughness: float | None = None,
+    say: Callable[[str], None],
+) -> Agreement:
+    """Returns how an engine and C MuJoCo agree on a walker.
+
+    Args:
+      walker: to try.
+      engine: as `mjxwalk.engines.choose` knows it.
+      terrains: number of them.
+      seed: of the terrains.
+      roughness: step of the random terrain, m; None for that which its last generation met.
+      say: is told what goes on.
+
+    Raises:
+      ValueError: there is no such engine, or C MuJoCo is not set up for the body.
+    """
+    _check(walker)
+    experiment = walker.experiment.tried()
+    if roughness is not None:
+        experiment = override(experiment, "env.terrain.roughness", str(roughness))
+    key = jax.random.fold_in(jax.random.key(seed), VERIFY)
+    heights = experiment.sample_terrains(key, terrains)
+    evaluator = evaluation.make_evaluator(experiment, engine)
+    say(f"{walker.name}, generation {walker.generation}, on {terrains} terrains by engine {engine}")
+    alone: Any = jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype)
+    outcome = jax.tree.map(lambda leaf: leaf[0], evaluator.evaluate(alone, heights))
+    say(f"the same in {C_MUJOCO}, float64")
+    started = time.perf_counter()
+    reference = trials.run(
+        experiment.env, experiment.controller, walker.genotype, np.asarray(heights)
+    )
+    say(f"walked {reference.duration.sum():.0f} s in {time.perf_counter() - started:.0f} s")
+    return agreement.compare(
+        agreement.side(evaluator.engine, outcome, experiment.weight),
+        agreement.side(C_MUJOCO, reference, experiment.weight),
+        walker=walker.name,
+        generation=walker.generation,
+        seed=seed,
+        roughness_m=experiment.env.terrain.roughness,
+    )
+
+
+def _check(walker: Walker) -> None:
+    if isinstance(walker.experiment, Fitting):
+        raise ValueError(f"{walker.name} is a fit, which walks nowhere; there is nothing to verify")
+    env = getattr(walker.experiment, "env", None)
+    if type(env) not in bodies.BODIES:
+        known = " and ".join(kind.__name__ for kind in bodies.BODIES)
+        raise ValueError(
+            f"{walker.name} has the body {type(env).__name__}; verify is set up for {known}"
+        )
