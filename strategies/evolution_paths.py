@@ -11,13 +11,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from mjxwalk.strategies.base import ScalarLike
+
 
 class Rates(NamedTuple):
     """The tutorial's constants for one population size and number of weights.
 
+    They are numbers, or arrays where the population size changes as a search goes on.
+
     Attributes:
       weights: of the ranks, best first; the better half's sum to 1, the rest are negative.
-      num_parents: how many of them are above 0.
+      num_parents: only so many of them, from the first on, may be above 0.
+      num_worse: only so many, from the last on, may be below 0.
       effective_parents: variance effective selection mass, mu_eff.
       sigma_decay: c_sigma.
       sigma_damping: d_sigma.
@@ -27,15 +32,16 @@ class Rates(NamedTuple):
       expected_norm: of a vector of standard normal numbers.
     """
 
-    weights: Float[np.ndarray, " pop"]
+    weights: Float[np.ndarray, " pop"] | Float[Array, " pop"]
     num_parents: int
-    effective_parents: float
-    sigma_decay: float
-    sigma_damping: float
-    path_decay: float
-    rank_one: float
-    rank_many: float
-    expected_norm: float
+    num_worse: int
+    effective_parents: ScalarLike
+    sigma_decay: ScalarLike
+    sigma_damping: ScalarLike
+    path_decay: ScalarLike
+    rank_one: ScalarLike
+    rank_many: ScalarLike
+    expected_norm: ScalarLike
 
 
 def cma_rates(population_size: int, num_weights: int, *, separable: bool = False) -> Rates:
@@ -73,6 +79,7 @@ def cma_rates(population_size: int, num_weights: int, *, separable: bool = False
     return Rates(
         weights=weights,
         num_parents=num_parents,
+        num_worse=population_size - num_parents,
         effective_parents=mass,
         sigma_decay=sigma_decay,
         sigma_damping=1 + 2 * max(0.0, math.sqrt((mass - 1) / (n + 1)) - 1) + sigma_decay,
@@ -117,13 +124,13 @@ def advance_paths(
       factor on the step size, equation 44.
     """
     keep = 1 - rates.sigma_decay
-    push = math.sqrt(rates.sigma_decay * (2 - rates.sigma_decay) * rates.effective_parents)
+    push = jnp.sqrt(rates.sigma_decay * (2 - rates.sigma_decay) * rates.effective_parents)
     sigma = keep * paths.sigma + push * white_step
     length = jnp.sqrt(jnp.sum(sigma**2))
     # The path starts at nothing and is this share of its final length after so many generations.
-    warm = jnp.sqrt(1 - keep ** (2 * (generation + 1.0)))
+    warm = jnp.sqrt(1 - jnp.power(keep, 2 * (generation + 1.0)))
     stalls = length >= (1.4 + 2 / (step.size + 1)) * rates.expected_norm * warm
-    push = math.sqrt(rates.path_decay * (2 - rates.path_decay) * rates.effective_parents)
+    push = jnp.sqrt(rates.path_decay * (2 - rates.path_decay) * rates.effective_parents)
     covariance = (1 - rates.path_decay) * paths.covariance + jnp.where(stalls, 0.0, push * step)
     growth = rates.sigma_decay / rates.sigma_damping * (length / rates.expected_norm - 1)
     # pycma bounds it likewise, against the length of a first step far outside.

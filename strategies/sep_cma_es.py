@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, vectors
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.evolution_paths import Paths, advance_paths, cma_rates
+from mjxwalk.strategies.evolution_paths import Paths, Rates, advance_paths, cma_rates
 from mjxwalk.strategies.metrics import SearchMetrics, measure_search
 from mjxwalk.strategies.operators import truncation_selection
 
@@ -104,9 +104,28 @@ def _tell(
     del key
     checks.check_told(settings.population_size, population, fitness)
     rates = cma_rates(settings.population_size, state.mean.size, separable=True)
-    weights = jnp.asarray(rates.weights[: rates.num_parents], state.mean.dtype)
     parents = truncation_selection(fitness, rates.num_parents)
-    steps = (vectors.flatten_population(population)[parents] - state.mean) / state.sigma
+    new_state = advance(state, vectors.flatten_population(population)[parents], rates)
+    return new_state, measure_search(fitness, deviations(state))
+
+
+def deviations(state: SepCMAESState) -> Float[Array, " dim"]:
+    """Returns the standard deviation of each weight."""
+    return state.sigma * state.lengths
+
+
+def advance(
+    state: SepCMAESState, parents: Float[Array, "parents dim"], rates: Rates
+) -> SepCMAESState:
+    """Returns the state after a generation.
+
+    Args:
+      state: that it was drawn from.
+      parents: its best genotypes, best first, as many as may have a weight above 0.
+      rates: constants.
+    """
+    weights = jnp.maximum(jnp.asarray(rates.weights[: rates.num_parents], state.mean.dtype), 0)
+    steps = (parents - state.mean) / state.sigma
     step = weights @ steps
     paths, regained, growth = advance_paths(
         state.paths, step, step / state.lengths, state.generation, rates
@@ -116,11 +135,10 @@ def _tell(
         + rates.rank_one * paths.covariance**2
         + rates.rank_many * (weights @ steps**2)
     )
-    new_state = state._replace(
+    return state._replace(
         mean=state.mean + state.sigma * step,
         sigma=vectors.bound_sigma(state.sigma * growth),
         lengths=vectors.bound_sigma(jnp.sqrt(variances)),
         paths=paths,
         generation=state.generation + 1,
     )
-    return new_state, measure_search(fitness, state.sigma * state.lengths)
