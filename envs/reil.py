@@ -29,6 +29,7 @@ from mjxwalk.envs.reil_body import (
     MAX_SPEED,
     NUM_COORDINATES,
     SPHERE_RADIUS,
+    YAW,
     Offsets,
     floating_model,
     hinged_model,
@@ -36,7 +37,7 @@ from mjxwalk.envs.reil_body import (
 )
 from mjxwalk.envs.reil_trials import TrialVariation
 from mjxwalk.envs.terrain import Terrain
-from mjxwalk.envs.velocity_motor import VelocityMotor, limited_pair
+from mjxwalk.envs.velocity_motor import VelocityMotor
 
 
 class HipTargets(NamedTuple):
@@ -145,6 +146,7 @@ class Reil:
         Positions follow the new velocities (semi-implicit Euler).
       min_height: of the centre of mass over the ground, as a share of that when standing; under it
         the walker has fallen.
+      max_yaw: rad; beyond it the walker counts as fallen.
       max_flight_time: s without ground contact; beyond it the walker has fallen.
       fallen_distance: a walker that falls before its hindmost foot is that far has fitness 0, m.
       still_rate: desired angles that change slower than this stand still, rad/s.
@@ -180,6 +182,7 @@ class Reil:
     timestep: float = 0.001  # ours: the paper gives none
     integrator: Literal["implicit", "explicit"] = "implicit"
     min_height: float = 0.8  # ours: the paper has such a threshold and does not tell it
+    max_yaw: float = 1.0  # ours: who turns away from x does not come far
     max_flight_time: float = 0.1  # ours: who flies does not walk; bounces are shorter
     fallen_distance: float = 0.3  # ours: likewise the paper's; less than a step
     still_rate: float = 1e-3  # ours: the paper has the network reach a point
@@ -192,7 +195,7 @@ class Reil:
 
     def __post_init__(self) -> None:
         checks.positive(self, "timestep", "hip_offset", "max_distance", "torque_budget", "max_time")
-        checks.positive(self, "knee_flexion", "min_height")
+        checks.positive(self, "knee_flexion", "min_height", "max_yaw")
         checks.not_negative(self, "hip_roll_stiffness", "hip_roll_damping", "knee_damping")
         checks.not_negative(self, "ankle_stiffness", "ankle_damping", "sole", "max_flight_time")
         checks.not_negative(self, "assistance", "assistance_damping", "fallen_distance")
@@ -313,7 +316,8 @@ class Reil:
         moved = trial.count(self, moved, touching=contacts.touching, torque=torque, rate=qvel[HIPS])
 
         def has_fallen(after: State) -> Bool[Array, ""]:
-            return after.height < self.min_height * standing_height(self.offsets)
+            low = after.height < self.min_height * standing_height(self.offsets)
+            return low | (jnp.abs(after.qpos[YAW]) > self.max_yaw)
 
         after = trial.judge(self, state, moved, max_speed=MAX_SPEED, has_fallen=has_fallen)
         arrived = self.hindmost(after) >= self.max_distance
@@ -452,5 +456,5 @@ class Reil:
         answer = jnp.stack(answers)
         angle, rate = state.qpos[HIPS], state.qvel[HIPS]
         wanted = self.hips.request(action.angle, angle) - rate - self.timestep * coasting[HIPS]
-        torque = limited_pair(self.timestep * answer[:, HIPS], wanted, self.hips.max_torque)
+        torque = self.hips.torques(self.timestep * answer[:, HIPS], wanted)
         return coasting + torque @ answer, torque

@@ -25,6 +25,7 @@ GRAVITY = 9.81  # m/s^2, as in MuJoCo
 # ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
 MAX_SPEED = np.array([50.0] * 3 + [1000.0] * 11, np.float32)  # m/s, rad/s
 EULER = slice(3, 6)  # of the coordinates; yaw, pitch and roll
+YAW = 3
 JOINTS = slice(6, 14)
 HIPS = np.array([7, 11])  # hip pitch, left and right
 KNEES = np.array([2, 6])  # of the joints

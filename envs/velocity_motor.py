@@ -22,20 +22,33 @@ class VelocityMotor:
       approach: share of what is missing to the desired angle that is requested a second, 1/s.
       max_speed: fastest request, rad/s.
       max_torque: N m.
+      softness: how far a torque leaves the joint short of its request, rad/s/(N m), as solvers of
+        constraints have it; 0 for a rigid constraint, else a viscous one.
     """
 
     approach: float
     max_speed: float
     max_torque: float
+    softness: float = 0.0
 
     def __post_init__(self) -> None:
         checks.positive(self, "approach", "max_speed", "max_torque")
+        checks.not_negative(self, "softness")
 
     def request(
         self, target: Float[Array, " motor"], angle: Float[Array, " motor"]
     ) -> Float[Array, " motor"]:
         """Returns the velocities that would bring joints to their desired angles, rad/s."""
         return jnp.clip(self.approach * (target - angle), -self.max_speed, self.max_speed)
+
+    def torques(self, answer: Float[Array, "2 2"], wanted: Float[Array, "2"]) -> Float[Array, "2"]:
+        """Returns the torques of two motors that bring their joints to the requests, N m.
+
+        Args:
+          answer: change of velocity over the step for each torque, rad/s/(N m).
+          wanted: change of velocity from that without motors to the request, rad/s.
+        """
+        return limited_pair(answer + self.softness * jnp.eye(2), wanted, self.max_torque)
 
 
 def limited_pair(

@@ -47,7 +47,8 @@ class Reference:
         request = law.approach * (target - data.qpos[HIPS])
         request = np.clip(request, -law.max_speed, law.max_speed)
         wanted = request - data.qvel[HIPS] - dt * coasting[HIPS]
-        torque = best_in_box(dt * answer[HIPS], wanted, law.max_torque)
+        soft = dt * answer[HIPS] + law.softness * np.eye(2)
+        torque = best_in_box(soft, wanted, law.max_torque)
         self.hit_limit |= bool(np.any(np.abs(torque) == law.max_torque))
         self.torque_cost += dt * np.abs(torque).sum()
         data.qvel[:] += dt * (coasting + answer @ torque)

@@ -1,6 +1,7 @@
 """Controllers: pure functions from weights, memory and observation to an action."""
 
+from mjxwalk.controllers.ctrnn_walker import CtrnnWalker
 from mjxwalk.controllers.linear_reactive import LinearReactive, Memory, Weights
 from mjxwalk.controllers.spatial_reactive import SpatialReactive, SpatialWeights
 
-__all__ = ["LinearReactive", "Memory", "SpatialReactive", "SpatialWeights", "Weights"]
+__all__ = ["CtrnnWalker", "LinearReactive", "Memory", "SpatialReactive", "SpatialWeights", "Weights"]

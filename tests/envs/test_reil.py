@@ -24,7 +24,7 @@ IMPLICIT = Reil(
     assistance=200.0,
     assistance_damping=30.0,
     assistance_lean=0.1,
-    hips=VelocityMotor(approach=25.0, max_speed=5.0, max_torque=300.0),
+    hips=VelocityMotor(approach=25.0, max_speed=5.0, max_torque=300.0, softness=1e-4),
 )
 EXPLICIT = dataclasses.replace(
     IMPLICIT,
@@ -236,7 +236,8 @@ def test_every_rule_of_a_trial_ends_it() -> None:
     assert not run(env, standing, targets).done
     lying = standing._replace(qpos=standing.qpos.at[2].set(-0.9))
     flying = standing._replace(qpos=standing.qpos.at[2].add(0.2), flight_time=jnp.float32(9.0))
-    for state in (lying, flying):
+    turned = standing._replace(qpos=standing.qpos.at[3].set(-1.01))
+    for state in (lying, flying, turned):
         after = run(env, state, targets)
         assert after.fell and after.done and not after.diverged
     there = standing._replace(qpos=standing.qpos.at[0].set(20.1))

@@ -24,3 +24,10 @@ def test_a_request_is_a_share_of_what_is_missing_and_has_a_limit() -> None:
     motor = VelocityMotor(approach=10.0, max_speed=2.0, max_torque=1.0)
     asked = motor.request(jnp.array([0.1, -1.0]), jnp.zeros(2))
     np.testing.assert_allclose(asked, [1.0, -2.0])
+
+
+def test_a_soft_motor_falls_short_of_its_request_by_its_torque() -> None:
+    motor = VelocityMotor(approach=1.0, max_speed=9.0, max_torque=100.0, softness=0.5)
+    # Alone, 3 rad/s in answer to 1 N m: a torque t gives 3 t = 7 - 0.5 t.
+    torques = motor.torques(3.0 * jnp.eye(2), jnp.array([7.0, 0.0]))
+    np.testing.assert_allclose(torques, [2.0, 0.0])
