@@ -92,7 +92,7 @@ def population(source: str | Path, number: int, generation: int | None) -> Cast:
     if generation is not None and generation not in there:
         raise RunError(
             f"{source} has no population of generation {generation} any more; it has "
-            f"{_ranges(there) or 'none yet'}, and mjxwalk evolve --keep all keeps all"
+            f"{ranges(there) or 'none yet'}, and mjxwalk evolve --keep all keeps all"
         )
     run = runs.load(path, generation)
     if run.generation == 0:
@@ -126,8 +126,8 @@ def champions(source: str | Path, number: int) -> Cast:
     _check_is_run(source, "champions of several generations")
     known = _known(source)
     there = np.array(known.generations)
-    places = np.unique(np.linspace(0, len(there) - 1, min(number, len(there))).round().astype(int))
-    chosen = [int(generation) for generation in there[places][::-1]]
+    places = np.linspace(len(there) - 1, 0, min(number, len(there))).round().astype(int)
+    chosen = [int(generation) for generation in there[places]]
     return Cast(
         source=str(source),
         what=f"champions from generation {chosen[-1]} to {chosen[0]}",
@@ -176,7 +176,7 @@ def _known(source: str | Path) -> _Known:
 
 def _check_there(source: str | Path, generation: int, known: _Known) -> None:
     if generation not in known.generations:
-        there = _ranges(known.generations)
+        there = ranges(known.generations)
         raise RunError(f"{source} has no walker of generation {generation}; it has {there}")
 
 
@@ -190,7 +190,7 @@ def _check_walks(source: str | Path, experiment: Any) -> None:
         raise RunError(f"{source} is a fit, in which nothing walks; see mjxwalk report {source}")
 
 
-def _ranges(generations: Any) -> str:
+def ranges(generations: Any) -> str:
     """Returns numbers in words, such as "generation 3 and 7 to 9"."""
     spans: list[list[int]] = []
     for generation in generations:

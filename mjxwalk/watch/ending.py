@@ -35,7 +35,9 @@ def explain(env: Any, state: Any, ground: float) -> Ending:
     if bool(state.fell):
         return Ending("fall", f"fell: {_fall(env, state, ground)}")
     if float(state.torque_cost) >= env.torque_budget:
-        return Ending("budget", f"spent its torque budget of {env.torque_budget:,.0f} N m s")
+        return Ending(
+            "budget", f"spent its torque budget of {env.torque_budget:,.0f} N\u00a0m\u00a0s"
+        )
     if int(state.num_steps) >= round(env.max_time / env.timestep):
         return Ending("time", f"walked until time was up, {env.max_time:g} s")
     return Ending("slow", f"too slow: {env.max_lag:g} m behind a pace of {env.min_speed:g} m/s")

@@ -54,17 +54,15 @@ def around(
     return ground, heights[np.ix_(along, across)].T
 
 
-def height(
-    terrain: Any, heights: Float[np.ndarray, "*node"], qpos: Float[np.ndarray, " coordinate"]
-) -> float:
-    """Returns the ground's height under the hips, m."""
-    table = type_of(heights)
-    place = np.asarray(qpos[: heights.ndim], np.float32)
-    return float(terrain.height(table, *place))
+def height(ground: Ground, rows: Float[np.ndarray, "row place"], qpos: Any) -> float:
+    """Returns the ground's height under the hips, m, by linear interpolation.
 
-
-def type_of(heights: Any) -> Any:
-    """Returns a table of one terrain."""
-    from mjxwalk.envs import Terrain
-
-    return Terrain(heights[None], np.int32(0))  # type: ignore[arg-type]
+    Args:
+      ground: from `around`.
+      rows: likewise.
+      qpos: of the walker, which begins with x and, in space, y.
+    """
+    along = (float(qpos[0]) - ground.x) / ground.spacing
+    each = [np.interp(along, np.arange(rows.shape[1]), row) for row in rows]
+    across = (float(qpos[1]) - ground.y) / ground.spacing
+    return float(np.interp(across, np.arange(len(each)), each))

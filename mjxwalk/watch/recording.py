@@ -6,7 +6,6 @@ from typing import Any
 import jax
 import msgspec
 import numpy as np
-from jaxtyping import Float
 
 from mjxwalk import replay
 from mjxwalk.envs import Terrain
@@ -118,7 +117,8 @@ def perform(cast: Cast, trial: Trial) -> tuple[Show, str]:
         felt = forces.measure(env, experiment.controller, genotype, terrain, recording, place)
         frames = _frames(recording, place)
         state = jax.tree.map(lambda leaf, at=(frames - 1, place): leaf[at], recording.states)
-        told.append(_tell(experiment, label, frames, state, heights[0]))
+        below = grounds.height(ground, rows, state.qpos)
+        told.append(_tell(experiment, label, frames, state, below))
         moves = recording.states.qpos[:frames, place].T
         pushes = felt.ground[:frames].reshape(frames, -1).T
         series[f"walker {place} moves"] = Series(moves, MOVE_STEP)
@@ -145,12 +145,10 @@ def _frames(recording: replay.Recording, walker: int) -> int:
     return int(np.argmax(done)) + 1 if done[-1] else len(done)
 
 
-def _tell(
-    experiment: Any, label: str, frames: int, state: Any, heights: Float[np.ndarray, "*node"]
-) -> Told:
+def _tell(experiment: Any, label: str, frames: int, state: Any, below: float) -> Told:
     env = experiment.env
     distance, duration = float(state.qpos[0]), float(state.num_steps) * env.timestep
-    end = ending.explain(env, state, grounds.height(env.terrain, heights, state.qpos))
+    end = ending.explain(env, state, below)
     return Told(
         label=label,
         frames=frames,

@@ -3,6 +3,7 @@
 import { Motion } from "./motion";
 import { Player } from "./player";
 import type { Show } from "./show";
+import { placesOf } from "./skeleton";
 import { Stage } from "./stage/stage";
 import { Controls } from "./ui/controls";
 import { make } from "./ui/dom";
@@ -26,7 +27,11 @@ export class App {
   private before = 0;
   private drawn = NaN;
 
-  constructor(private readonly place: HTMLElement, show: Show, bytes: Uint8Array) {
+  constructor(
+    private readonly place: HTMLElement,
+    private readonly show: Show,
+    bytes: Uint8Array,
+  ) {
     const read = (name: string) => unpack(bytes, show.series[name]!);
     this.motions = show.walkers.map((walker, index) => new Motion(
       walker, read(`walker ${index} moves`), read(`walker ${index} torques`),
@@ -45,6 +50,7 @@ export class App {
         this.stage.showsTrail = trail;
         this.stage.showsForces = forces;
       },
+      this.motions.length > 1,
       () => help.showModal(),
     );
     const heading = place.dataset["layout"] === "page" ? "h1" : "h3";
@@ -67,6 +73,23 @@ export class App {
     });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.paint());
     this.begin();
+  }
+
+  get time(): number {
+    return this.player.now;
+  }
+
+  get playing(): boolean {
+    return this.player.playing;
+  }
+
+  get walker(): number {
+    return this.chosen;
+  }
+
+  /** Returns where each link of a walker is now, x, y and z, m. */
+  links(walker: number): number[][] {
+    return placesOf(this.show.body, this.motions[walker]!, this.time);
   }
 
   private begin(): void {

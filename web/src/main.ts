@@ -3,7 +3,7 @@ import "./watch.css";
 import { mount } from "./app";
 
 for (const place of document.querySelectorAll<HTMLElement>(".mjxwalk-replay")) {
-  mount(place).catch((error: unknown) => {
+  mount(place).then((app) => Object.assign(place, { replay: app })).catch((error: unknown) => {
     place.dataset["state"] = "failed";
     const told = document.createElement("p");
     told.className = "sorry";

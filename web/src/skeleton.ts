@@ -1,6 +1,7 @@
 // Where a body's links are, of its coordinates: the tree and the rules of MuJoCo.
 
 import { Matrix4, Quaternion, Vector3 } from "three";
+import type { Motion } from "./motion";
 import type { Body } from "./show";
 
 interface Move {
@@ -50,4 +51,14 @@ export function placed(pos: number[], quat: number[]): Matrix4 {
     new Quaternion(x, y, z, w),
     new Vector3(1, 1, 1),
   );
+}
+
+/** Returns where a walker's links are at a time, x, y and z, m. */
+export function placesOf(body: Body, motion: Motion, time: number): number[][] {
+  const skeleton = new Skeleton(body);
+  const links = Array.from({ length: skeleton.size }, () => new Matrix4());
+  const coordinates = new Float32Array(motion.moves.length);
+  motion.pose(motion.at(time), coordinates);
+  skeleton.pose(coordinates, links);
+  return links.map((link) => new Vector3().setFromMatrixPosition(link).toArray());
 }

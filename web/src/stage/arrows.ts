@@ -30,11 +30,12 @@ export class Arrows {
     this.feet = [...new Set(body.points.map((point) => point.side))];
     const radius = 0.014 * size;
     const make = (geometry: BufferGeometry, number: number) => {
-      const material = new MeshBasicMaterial();
+      const material = new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.92 });
       this.materials.push(material);
       const mesh = new InstancedMesh(geometry, material, number);
       mesh.instanceMatrix.setUsage(DynamicDrawUsage);
       mesh.frustumCulled = false;
+      mesh.renderOrder = 1; // over the leg that the force goes through
       scene.add(mesh);
       return mesh;
     };

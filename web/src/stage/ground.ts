@@ -2,7 +2,7 @@
 
 import {
   BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, LineBasicMaterial, LineSegments, Mesh,
-  MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, type Scene,
+  MeshBasicMaterial, MeshStandardMaterial, type Scene,
 } from "three";
 import type { Ground } from "../show";
 import type { Theme } from "../theme";
@@ -10,147 +10,160 @@ import type { Theme } from "../theme";
 const CHUNK = 64; // nodes along a mesh, so that those out of sight are not drawn
 const DEPTH = 0.16; // m, of the strip's edge
 const ABOVE = 0.003; // m, of lines over the ground
+const NARROW = 0.8; // m, of a lane where there are several
+
+/** A walker's strip: its middle `lane` is drawn at y, and is ground along the line `path`. */
+export interface Lane {
+  y: number;
+  path: (x: number) => number;
+}
 
 export class Terrain {
-  readonly width: number;
-  private readonly group = new Group();
   private readonly top = new MeshStandardMaterial({ roughness: 0.95, flatShading: true });
   private readonly edge = new MeshStandardMaterial({ roughness: 1 });
-  private readonly lines = new LineBasicMaterial({ transparent: true, opacity: 0.5 });
+  private readonly lines = new LineBasicMaterial({ transparent: true, opacity: 0.55 });
   private readonly bold = new LineBasicMaterial();
   private readonly text = new MeshBasicMaterial({ transparent: true, depthWrite: false });
-  private readonly textures: MeshBasicMaterial[] = [];
+  private readonly offsets: number[];
 
   constructor(
     scene: Scene,
     private readonly ground: Ground,
     private readonly heights: Float32Array[],
-    lanes: number[],
+    private readonly lanes: Lane[],
   ) {
-    this.width = ground.width;
-    const tops = this.tops();
-    const edges = [this.side(0, -1), this.side(this.rowsDrawn - 1, 1)];
-    const [thin, thick] = this.metres();
-    for (const lane of lanes) {
-      const strip = new Group();
-      for (const geometry of tops) {
-        const mesh = new Mesh(geometry, this.top);
-        mesh.receiveShadow = true;
-        strip.add(mesh);
-      }
-      for (const geometry of edges) strip.add(new Mesh(geometry, this.edge));
-      strip.add(new LineSegments(thin, this.lines), new LineSegments(thick, this.bold));
-      strip.position.y = lane;
-      this.group.add(strip);
-    }
-    this.group.add(this.numbers(lanes[0]!));
-    scene.add(this.group);
+    this.offsets = this.across();
+    lanes.forEach((_, lane) => scene.add(this.strip(lane)));
+    scene.add(this.numbers());
   }
 
   paint(theme: Theme): void {
     this.top.color = new Color(theme.ground);
     this.edge.color = new Color(theme.edge);
-    this.lines.color = new Color(theme.mark);
-    this.bold.color = new Color(theme.mark);
-    for (const material of [this.text, ...this.textures]) material.color = new Color(theme.mark);
+    for (const material of [this.lines, this.bold, this.text]) {
+      material.color = new Color(theme.mark);
+    }
   }
 
-  /** Returns the ground's height, y counted from the middle of a walker's own lane. */
-  height(x: number, y: number): number {
+  /** Returns the ground's height in a lane, `aside` from its middle. */
+  height(lane: number, x: number, aside: number): number {
     const { spacing, rows } = this.ground;
-    const along = this.clamped((x - this.ground.x) / spacing, this.nodes - 1);
-    if (rows === 1) return this.between(this.heights[0]!, along);
-    const across = this.clamped((y - this.ground.y) / spacing, rows - 1);
+    const along = clamped((x - this.ground.x) / spacing, this.nodes - 1);
+    if (rows === 1) return between(this.heights[0]!, along);
+    const y = this.lanes[lane]!.path(x) + aside;
+    const across = clamped((y - this.ground.y) / spacing, rows - 1);
     const row = Math.min(Math.floor(across), rows - 2);
-    const near = this.between(this.heights[row]!, along);
-    return near + (across - row) * (this.between(this.heights[row + 1]!, along) - near);
+    const near = between(this.heights[row]!, along);
+    return near + (across - row) * (between(this.heights[row + 1]!, along) - near);
   }
 
   private get nodes(): number {
     return this.heights[0]!.length;
   }
 
-  private get rowsDrawn(): number {
-    return Math.max(this.ground.rows, 2);
+  private get end(): number {
+    return this.ground.x + (this.nodes - 1) * this.ground.spacing;
   }
 
-  private rowHeights(row: number): Float32Array {
-    return this.heights[this.ground.rows === 1 ? 0 : row]!;
+  /** Returns where a strip's rows of nodes are, from its middle. */
+  private across(): number[] {
+    const { rows, y, width, spacing } = this.ground;
+    const several = this.lanes.length > 1;
+    if (rows > 1 && !several) return Array.from({ length: rows }, (_, row) => y + row * spacing);
+    const wide = several ? NARROW : width;
+    const parts = rows > 1 ? Math.round(wide / spacing) : 1;
+    return Array.from({ length: parts + 1 }, (_, part) => (part / parts - 0.5) * wide);
   }
 
-  private rowY(row: number): number {
-    const { rows, width, y, spacing } = this.ground;
-    return rows === 1 ? (row - 0.5) * width : y + spacing * row;
+  private strip(lane: number): Group {
+    const strip = new Group();
+    for (const geometry of this.tops(lane)) {
+      const mesh = new Mesh(geometry, this.top);
+      mesh.receiveShadow = true;
+      strip.add(mesh);
+    }
+    strip.add(new Mesh(this.side(lane, this.offsets[0]!, -1), this.edge));
+    strip.add(new Mesh(this.side(lane, this.offsets.at(-1)!, 1), this.edge));
+    strip.add(new LineSegments(this.metres(lane, false), this.lines));
+    strip.add(new LineSegments(this.metres(lane, true), this.bold));
+    strip.position.y = this.lanes[lane]!.y;
+    return strip;
   }
 
-  private clamped(value: number, most: number): number {
-    return Math.min(Math.max(value, 0), most);
+  private point(lane: number, node: number, aside: number): [number, number, number] {
+    const x = this.ground.x + node * this.ground.spacing;
+    return [x, aside, this.height(lane, x, aside)];
   }
 
-  private between(heights: Float32Array, along: number): number {
-    const node = Math.min(Math.floor(along), heights.length - 2);
-    return heights[node]! + (along - node) * (heights[node + 1]! - heights[node]!);
-  }
-
-  private tops(): BufferGeometry[] {
+  private tops(lane: number): BufferGeometry[] {
     const found: BufferGeometry[] = [];
     for (let first = 0; first < this.nodes - 1; first += CHUNK) {
       const last = Math.min(first + CHUNK, this.nodes - 1);
       const points: number[] = [];
-      for (let row = 0; row < this.rowsDrawn; row++) {
-        const heights = this.rowHeights(row);
-        for (let node = first; node <= last; node++) {
-          points.push(this.ground.x + node * this.ground.spacing, this.rowY(row), heights[node]!);
-        }
+      for (const aside of this.offsets) {
+        for (let node = first; node <= last; node++) points.push(...this.point(lane, node, aside));
       }
-      found.push(sheet(points, last - first + 1, this.rowsDrawn));
+      found.push(sheet(points, last - first + 1, this.offsets.length));
     }
     return found;
   }
 
-  private side(row: number, facing: number): BufferGeometry {
-    const heights = this.rowHeights(row);
-    const level = (node: number) => [
-      this.ground.x + node * this.ground.spacing, this.rowY(row), heights[node]!,
-    ];
-    const upper = Array.from(heights, (_, node) => level(node)).flat();
+  private side(lane: number, aside: number, facing: number): BufferGeometry {
+    const upper = Array.from({ length: this.nodes }, (_, node) => this.point(lane, node, aside)).flat();
     const lower = upper.map((value, index) => (index % 3 === 2 ? value - DEPTH : value));
-    const points = facing < 0 ? [...lower, ...upper] : [...upper, ...lower];
-    return sheet(points, this.nodes, 2);
+    return sheet(facing < 0 ? [...lower, ...upper] : [...upper, ...lower], this.nodes, 2);
   }
 
-  private metres(): [BufferGeometry, BufferGeometry] {
-    const thin: number[] = [];
-    const thick: number[] = [];
-    const last = this.ground.x + (this.nodes - 1) * this.ground.spacing;
-    for (let x = Math.ceil(this.ground.x); x <= last; x++) {
-      const points = x % 5 === 0 ? thick : thin;
-      for (let row = 0; row < this.rowsDrawn - 1; row++) {
-        for (const y of [this.rowY(row), this.rowY(row + 1)]) {
-          points.push(x, y, this.height(x, y) + ABOVE);
+  /** Returns the lines across, every fifth metre or the others. */
+  private metres(lane: number, fifth: boolean): BufferGeometry {
+    const points: number[] = [];
+    for (let x = Math.ceil(this.ground.x); x <= this.end; x++) {
+      if ((x % 5 === 0) !== fifth) continue;
+      this.offsets.slice(1).forEach((next, index) => {
+        for (const aside of [this.offsets[index]!, next]) {
+          points.push(x, aside, this.height(lane, x, aside) + ABOVE);
         }
-      }
+      });
     }
-    return [lineSet(thin), lineSet(thick)];
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+    return geometry;
   }
 
-  private numbers(lane: number): Group {
-    const group = new Group();
-    const last = this.ground.x + (this.nodes - 1) * this.ground.spacing;
-    const plane = new PlaneGeometry(0.4, 0.2);
-    for (let x = 0; x <= last; x += 1) {
-      const material = this.text.clone();
-      material.map = written(`${x} m`, x % 5 === 0);
-      this.textures.push(material);
-      const mesh = new Mesh(plane, material);
-      const y = this.rowY(0) + 0.13;
-      mesh.position.set(x + 0.24, lane + y, this.height(x + 0.24, y) + 2 * ABOVE);
-      const rise = this.height(x + 0.44, y) - this.height(x + 0.04, y);
-      mesh.rotation.y = -Math.atan2(rise, 0.4);
-      group.add(mesh);
+  /** Returns the metres written along the near edge. */
+  private numbers(): Mesh {
+    const count = Math.floor(this.end) + 1;
+    const aside = this.offsets[0]! + 0.03;
+    const points: number[] = [];
+    const places: number[] = [];
+    const faces: number[] = [];
+    for (let metre = 0; metre < count; metre++) {
+      for (const [right, far] of [[0, 0], [1, 0], [0, 1], [1, 1]] as const) {
+        const x = metre + 0.04 + 0.4 * right;
+        points.push(x, aside + 0.2 * far, this.height(0, x, aside + 0.2 * far) + 2 * ABOVE);
+        places.push(...cell(metre, count, right, far));
+      }
+      const at = 4 * metre;
+      faces.push(at, at + 1, at + 2, at + 1, at + 3, at + 2);
     }
-    return group;
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+    geometry.setAttribute("uv", new BufferAttribute(new Float32Array(places), 2));
+    geometry.setIndex(faces);
+    this.text.map = written(count);
+    const mesh = new Mesh(geometry, this.text);
+    mesh.position.y = this.lanes[0]!.y;
+    return mesh;
   }
+}
+
+function clamped(value: number, most: number): number {
+  return Math.min(Math.max(value, 0), most);
+}
+
+function between(heights: Float32Array, along: number): number {
+  const node = Math.min(Math.floor(along), heights.length - 2);
+  return heights[node]! + (along - node) * (heights[node + 1]! - heights[node]!);
 }
 
 /** Returns a sheet of rows of points, seen from the side where they run to the right and up. */
@@ -169,21 +182,28 @@ function sheet(points: number[], columns: number, rows: number): BufferGeometry 
   return geometry;
 }
 
-function lineSet(points: number[]): BufferGeometry {
-  const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
-  return geometry;
+const [COLUMNS, WIDE, HIGH] = [16, 128, 64]; // of the sheet that all numbers are written on
+
+/** Returns where on the sheet a corner of a number is. */
+function cell(metre: number, count: number, right: number, far: number): [number, number] {
+  const rows = Math.ceil(count / COLUMNS);
+  const [column, row] = [metre % COLUMNS, Math.floor(metre / COLUMNS)];
+  return [(column + right) / COLUMNS, 1 - (row + 1 - far) / rows];
 }
 
-function written(text: string, strong: boolean): CanvasTexture {
+function written(count: number): CanvasTexture {
   const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [128, 64];
+  [canvas.width, canvas.height] = [COLUMNS * WIDE, Math.ceil(count / COLUMNS) * HIGH];
   const pen = canvas.getContext("2d")!;
   pen.fillStyle = "#fff";
-  pen.globalAlpha = strong ? 1 : 0.75;
-  pen.font = `${strong ? 700 : 500} 34px system-ui, sans-serif`;
   pen.textBaseline = "middle";
-  pen.fillText(text, 4, 34);
+  for (let metre = 0; metre < count; metre++) {
+    const strong = metre % 5 === 0;
+    pen.globalAlpha = strong ? 1 : 0.75;
+    pen.font = `${strong ? 700 : 500} 34px system-ui, sans-serif`;
+    const [column, row] = [metre % COLUMNS, Math.floor(metre / COLUMNS)];
+    pen.fillText(`${metre} m`, column * WIDE + 4, (row + 0.53) * HIGH);
+  }
   const texture = new CanvasTexture(canvas);
   texture.anisotropy = 4;
   return texture;

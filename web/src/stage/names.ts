@@ -28,7 +28,7 @@ export class Names {
       const far = heads[walker]!.distanceTo(camera.position);
       this.seen.copy(heads[walker]!).project(camera);
       const inSight = Math.abs(this.seen.x) < 1.05 && Math.abs(this.seen.y) < 1.05 && this.seen.z < 1;
-      tag.hidden = !inSight || (walker !== chosen && far > 26);
+      tag.hidden = !inSight || (walker !== chosen && far > 45);
       if (tag.hidden) return;
       const x = (0.5 + 0.5 * this.seen.x) * width;
       const y = (0.5 - 0.5 * this.seen.y) * height;

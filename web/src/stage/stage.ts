@@ -11,11 +11,11 @@ import { themeOf } from "../theme";
 import { Arrows } from "./arrows";
 import { Cameras } from "./cameras";
 import { Figures } from "./figure";
-import { Terrain } from "./ground";
+import { Terrain, type Lane } from "./ground";
+import { lay } from "./lanes";
 import { Names } from "./names";
+import { Quality } from "./quality";
 import { Trail } from "./sticks";
-
-const GAP = 0.25; // m between two walkers' lanes
 
 export class Stage {
   readonly cameras: Cameras;
@@ -28,14 +28,17 @@ export class Stage {
   private readonly arrows: Arrows;
   private readonly trail: Trail;
   private readonly names: Names;
-  private readonly lanes: number[];
+  private readonly lanes: Lane[];
   private readonly links: Matrix4[][];
   private readonly coordinates: Float32Array;
   private readonly sun = new DirectionalLight("#ffffff", 2.1);
+  private readonly front = new DirectionalLight("#ffffff", 1);
   private readonly sky = new HemisphereLight("#ffffff", "#b8ab98", 1.5);
   private readonly hips: number;
-  private readonly target = new Vector3();
+  private readonly quality = new Quality();
   private shownTime = -1;
+  private stale = true; // whether something but the time has changed
+  private wasDrawn = false;
 
   constructor(
     private readonly place: HTMLElement,
@@ -53,7 +56,7 @@ export class Stage {
     canvas.setAttribute("aria-label", `${show.what} of ${show.title}, walking in 3D`);
     place.prepend(canvas);
     this.skeleton = new Skeleton(show.body);
-    this.lanes = motions.map((_, walker) => walker * (show.ground.width + GAP));
+    this.lanes = lay(motions, show.ground);
     this.coordinates = new Float32Array(motions[0]!.moves.length);
     this.links = motions.map(() => Array.from({ length: this.skeleton.size }, () => new Matrix4()));
     this.hips = this.hipHeight();
@@ -61,22 +64,26 @@ export class Stage {
     this.figures = new Figures(this.scene, show.body, motions.length);
     this.arrows = new Arrows(this.scene, show.body, show.weight_n, this.hips, motions.length);
     this.trail = new Trail(this.scene, show.body, this.skeleton, motions, this.lanes);
-    this.cameras = new Cameras(canvas, 2.05 * this.hips, changed);
+    this.cameras = new Cameras(
+      canvas, 2.05 * this.hips, this.lanes.at(-1)!.y, () => this.target(), changed,
+    );
     this.names = new Names(place, show.walkers, choose);
     this.lit();
     new ResizeObserver(() => this.resize()).observe(place);
     this.resize();
     this.paint();
     this.draw(0, 0, true);
-    this.cameras.look("corner");
+    this.cameras.look(motions.length > 1 ? "all" : "corner");
   }
 
   set showsTrail(visible: boolean) {
     this.trail.visible = visible;
+    this.stale = true;
   }
 
   set showsForces(visible: boolean) {
     this.arrows.visible = visible;
+    this.stale = true;
   }
 
   choose(walker: number): void {
@@ -88,29 +95,33 @@ export class Stage {
   paint(): void {
     const theme = themeOf(this.place);
     this.scene.fog = new Fog(new Color(theme.sky), 1, 2);
-    this.sky.intensity = theme.dark ? 1.1 : 1.7;
-    this.sun.intensity = theme.dark ? 2.2 : 1.9;
+    this.sky.intensity = theme.dark ? 1.5 : 2.1;
+    this.sun.intensity = theme.dark ? 2.4 : 2.2;
+    this.front.intensity = theme.dark ? 0.8 : 1.1;
     this.figures.paint(theme, this.chosen);
     this.terrain.paint(theme);
     this.arrows.paint(theme);
     this.trail.paint(theme, this.chosen);
-    this.shownTime = -1;
+    this.shownTime = NaN;
+    this.stale = true;
   }
 
-  /** Draws a time; `seconds` since the frame before, `jumped` where time did not just go on. */
+  /** Draws a time if there is anything new to see; `jumped` where time did not just go on. */
   draw(time: number, seconds: number, jumped: boolean): void {
-    if (time !== this.shownTime) {
+    const moved = time !== this.shownTime;
+    if (moved) {
       this.motions.forEach((motion, walker) => this.pose(motion, walker, time));
       this.figures.commit();
       this.arrows.commit();
       this.trail.show(time);
       this.shownTime = time;
     }
-    this.aim(this.chosen);
-    this.cameras.follow(this.target, seconds, jumped);
-    const far = this.cameras.distanceToTarget();
-    const fog = this.scene.fog as Fog;
-    [fog.near, fog.far] = [far + 3 * this.hips, 1.6 * far + 17 * this.hips];
+    const turned = this.cameras.follow(seconds, jumped);
+    const draws = moved || turned || this.stale;
+    if (draws && this.wasDrawn && this.quality.count(seconds)) this.resize();
+    this.wasDrawn = draws;
+    if (!draws) return;
+    this.stale = false;
     this.light();
     this.renderer.render(this.scene, this.cameras.camera);
     this.names.show(this.cameras.camera, this.heads(), this.chosen, time, this.motions);
@@ -121,16 +132,23 @@ export class Stage {
     const links = this.links[walker]!;
     motion.pose(moment, this.coordinates);
     this.skeleton.pose(this.coordinates, links);
-    for (const link of links) link.elements[13]! += this.lanes[walker]!;
+    const { y, path } = this.lanes[walker]!;
+    const aside = y - path(this.coordinates[0]!);
+    for (const link of links) link.elements[13]! += aside;
     this.figures.place(walker, links);
     this.arrows.place(walker, motion, moment, links);
   }
 
-  /** Points at a walker's middle, at a height that does not bob. */
-  private aim(walker: number): void {
-    const [x, y] = this.rootOf(walker);
-    const ground = this.terrain.height(x, y - this.lanes[walker]!);
-    this.target.set(x, y, 0.92 * this.hips + 0.8 * ground);
+  /** Returns what is looked at: a walker, or the middle of the lanes, at a height that does not bob. */
+  private target(): Vector3 {
+    const [x, y] = this.rootOf(this.chosen);
+    const aside = y - this.lanes[this.chosen]!.y;
+    const height = 0.92 * this.hips + 0.8 * this.terrain.height(this.chosen, x, aside);
+    return new Vector3(x, this.cameras.sharing ? this.middle : y, height);
+  }
+
+  private get middle(): number {
+    return 0.5 * this.lanes.at(-1)!.y;
   }
 
   private rootOf(walker: number): [number, number, number] {
@@ -157,15 +175,19 @@ export class Stage {
     this.sun.shadow.radius = 3;
     this.sun.shadow.bias = -0.0004;
     this.sun.shadow.normalBias = 0.012;
-    const reach = Math.min(5 * this.hips + 0.3 * this.lanes.at(-1)!, 14);
+    const reach = Math.min(5 * this.hips + 0.8 * this.middle, 14);
     Object.assign(this.sun.shadow.camera, {
       left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1, far: 40,
     });
-    this.scene.add(this.sun, this.sun.target, this.sky);
+    this.front.position.set(0.5, -1, 0.35); // from where walkers are mostly seen
+    this.scene.add(this.sun, this.sun.target, this.sky, this.front);
   }
 
   private light(): void {
-    const { x, y } = this.target;
+    const far = this.cameras.distanceToTarget();
+    const fog = this.scene.fog as Fog;
+    [fog.near, fog.far] = [1.2 * far + 3 * this.hips, 2.2 * far + 17 * this.hips];
+    const { x, y } = this.target();
     this.sun.target.position.set(x, y, 0);
     this.sun.position.set(x - 3.4, y - 4.2, 9);
   }
@@ -173,8 +195,10 @@ export class Stage {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.place;
     if (!width || !height) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.quality.pixels);
     this.renderer.setSize(width, height);
+    this.sun.castShadow = this.quality.shadows;
+    this.stale = true;
     this.cameras.resize(width, height);
   }
 }

@@ -8,6 +8,7 @@ import type { Motion } from "../motion";
 import type { Body } from "../show";
 import type { Skeleton } from "../skeleton";
 import type { Theme } from "../theme";
+import type { Lane } from "./ground";
 
 const INTERVAL = 0.16; // s between figures
 const FIGURES = 14; // of a walker
@@ -34,7 +35,7 @@ export class Trail {
     body: Body,
     private readonly skeleton: Skeleton,
     private readonly motions: Motion[],
-    private readonly lanes: number[],
+    private readonly lanes: Lane[],
   ) {
     this.segments = body.sticks.flatMap((stick) => stick.line.slice(1).map((point, index) => ({
       body: stick.body,
@@ -59,10 +60,11 @@ export class Trail {
 
   paint(theme: Theme, chosen: number): void {
     const sky = new Color(theme.sky);
+    const sides = new Map((["left", "right", "middle"] as const).map((side) => [side, new Color(theme[side])]));
     this.colours = this.motions.flatMap((_, walker) => this.segments.flatMap((segment) =>
       Array.from({ length: FIGURES }, (_, age) => {
         const share = (0.62 - 0.55 * (age / FIGURES)) * (walker === chosen ? 1 : 0.4);
-        return sky.clone().lerp(new Color(theme[segment.colour]), share);
+        return sky.clone().lerp(sides.get(segment.colour)!, share);
       }),
     ));
     this.newest = -1;
@@ -81,8 +83,10 @@ export class Trail {
         if (number < 0) continue;
         motion.pose(motion.at(number * INTERVAL), this.coordinates);
         this.skeleton.pose(this.coordinates, this.links);
+        const { y, path } = this.lanes[walker]!;
+        const aside = y - path(this.coordinates[0]!);
         this.segments.forEach((segment, index) => {
-          this.mesh.setMatrixAt(place, this.rod(segment, this.lanes[walker]!));
+          this.mesh.setMatrixAt(place, this.rod(segment, aside));
           const colour = (walker * this.segments.length + index) * FIGURES + figure;
           this.mesh.setColorAt(place, this.colours[colour]!);
           place++;
@@ -99,12 +103,12 @@ export class Trail {
   private readonly turn = new Quaternion();
   private readonly made = new Matrix4();
 
-  private rod(segment: Segment, lane: number): Matrix4 {
+  private rod(segment: Segment, aside: number): Matrix4 {
     const place = this.links[segment.body]!;
     this.a.copy(segment.from).applyMatrix4(place);
     this.b.copy(segment.to).applyMatrix4(place);
     const middle = this.a.clone().add(this.b).multiplyScalar(0.5);
-    middle.y += lane;
+    middle.y += aside;
     this.b.sub(this.a);
     const length = this.b.length();
     this.turn.setFromUnitVectors(UP, this.b.divideScalar(length || 1));

@@ -12,6 +12,7 @@ export interface Shown {
 }
 
 const VIEWS: [View, string, string][] = [
+  ["all", "All", "0"],
   ["corner", "Corner", "1"], ["side", "Side", "2"], ["front", "Front", "3"], ["top", "Top", "4"],
 ];
 
@@ -33,6 +34,7 @@ export class Controls {
     timeline: Timeline,
     private readonly cameras: () => Cameras | null,
     private readonly showing: (shown: Shown) => void,
+    several: boolean,
     help: () => void,
   ) {
     this.play.addEventListener("click", () => player.toggle());
@@ -46,6 +48,7 @@ export class Controls {
     this.element.append(this.play, this.time, timeline.element, this.speed, this.loop, asked);
     const angles = make("div", { class: "segments" });
     for (const [view, name, key] of VIEWS) {
+      if (view === "all" && !several) continue;
       const button = make("button", { type: "button", title: `${name} camera, ${key}` }, name);
       button.addEventListener("click", () => this.look(view));
       this.buttons.set(view, button);

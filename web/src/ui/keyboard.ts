@@ -13,7 +13,7 @@ const KEYS: [string, string][] = [
   [", .", "a frame back or on"],
   ["Home End", "first or last moment"],
   ["[ ]", "slower or faster"],
-  ["1 2 3 4", "camera at the corner, the side, the front, the top"],
+  ["1 2 3 4", "camera at the corner, the side, the front, the top; 0 sees all walkers"],
   ["F", "camera follows the walker or stays"],
   ["T G", "trail of stick figures, ground forces"],
   ["L", "play again at the end"],
@@ -54,6 +54,7 @@ function obey(event: KeyboardEvent, { player, controls, frameSeconds, turn, help
     End: () => player.seek(player.duration),
     "[": () => player.shift(-1),
     "]": () => player.shift(1),
+    "0": () => controls.look("all"),
     "1": () => controls.look("corner"),
     "2": () => controls.look("side"),
     "3": () => controls.look("front"),
@@ -80,6 +81,7 @@ export function helpPage(version: string): HTMLDialogElement {
     ...LICENCES.map(({ name, licence }) => make("section", {}, make("h3", {}, name), make("pre", {}, licence))));
   const dialog = make("dialog", { class: "help", "aria-labelledby": "help-title" },
     make("h2", { id: "help-title" }, "Keys"), keys,
+    make("p", { class: "note" }, "Side by side, every walker has the same ground, and paths in space are laid straight."),
     make("p", { class: "note" }, `Recorded and made by mjxwalk ${version}, Apache-2.0; drawn with three.js and uPlot.`),
     about, close);
   close.addEventListener("click", () => dialog.close());
