@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PRNGKeyArray
 
+from mjxwalk.evolution import memory
 from mjxwalk.evolution.goal import Goal, Trying
 from mjxwalk.evolution.measuring import Trials, measure, over_terrains, summarise
 from mjxwalk.rollout import Outcome
@@ -177,7 +178,7 @@ class Evolution:
           given: what the run starts from; None for zero.
 
         Raises:
-          RunError: that does not fit the experiment.
+          RunError: that does not fit the experiment, or the population not into memory.
         """
         key = jax.random.key(seed)
         template = self._experiment.template()
@@ -186,6 +187,7 @@ class Evolution:
         if given is not None and given.genotype:
             template = unflatten(template, given.genotype)
         key_init, _ = outer_keys(key)
+        memory.check(jax.eval_shape(self._population, key_init, template))
         # XLA compiles the strategy while the engine compiles the trials: neither needs all cores.
         with ThreadPoolExecutor(1) as other:
             preparing = other.submit(self._prepare, template)
@@ -215,12 +217,16 @@ class Evolution:
             roughness=np.asarray(self._experiment.first_roughness(), np.float64),
         )
 
+    def _population(self, key: PRNGKeyArray, template: Any) -> tuple[Any, Any]:
+        """Returns the first population, and the strategy's state."""
+        return self._ask(key, self._init(key, template))
+
     def _prepare(self, template: Any) -> None:
         """Compiles the trials of a generation."""
         experiment = self._experiment
 
         def shapes(key: PRNGKeyArray, template: Any) -> Any:
-            population, _ = self._ask(key, self._init(key, template))
+            population, _ = self._population(key, template)
             return population, experiment.sample_terrains(key, experiment.terrains_per_evaluation)
 
         self._evaluator.prepare(*jax.eval_shape(shapes, jax.random.key(0), template))

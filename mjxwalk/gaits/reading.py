@@ -17,7 +17,9 @@ from jaxtyping import Float
 
 from mjxwalk.errors import RunError
 from mjxwalk.gaits.gait import NUM_POINTS, Gait
+from mjxwalk.runs import files
 
+MOST_BYTES = 1 << 24  # ours: of a file; an hour of walking at 1 kHz is not one cycle
 FEWEST_ROWS = 20  # ours: fewer do not tell the knee's third harmonic
 CSV_COLUMNS = {
     "hip": "hip_flexion_deg",
@@ -49,9 +51,7 @@ def read(path: Path, side: Literal["left", "right"] = "right") -> Gait:
     if path.suffix.lower() not in readers:
         raise RunError(f"{path} must end in .csv, .mot or .sto to be read as a gait")
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise RunError(f"{path} could not be read: {error.strerror}") from None
+        lines = files.read(path, MOST_BYTES).decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise RunError(f"{path} could not be read: it is no text") from None
     is_csv = path.suffix.lower() == ".csv"

@@ -1,0 +1,260 @@
+"""Mutates the files of a finished run, and looks at what mjxwalk makes of them.
+
+    python tests/robustness/mutating.py 1000
+
+A mutated run may be refused with a sentence, or read as what it was: the same settings, figures up
+to some generation, arrays of a generation to the bit. Anything else is a fault.
+"""
+
+import collections
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+import toy
+
+from mjxwalk import runs
+from mjxwalk.evolution import evolve
+from mjxwalk.runs import Config, Metrics, RunError, config, folder, sealing
+
+Random = np.random.Generator
+Mutation = Callable[[bytearray, Random], bytearray]
+
+HOSTILE: tuple[Any, ...] = (
+    -1, 0, 2**63, 10**30, 1e308, -1e-320, True, None, "", "../../../etc/passwd",
+    "x" * 100_000, [], {}, [[]] * 1000, {"": {}}, [10**18, 10**18],
+)  # fmt: skip
+
+
+class Silent:
+    """Shows nothing."""
+
+    def generation(self, line: Metrics, /) -> None:
+        """Does nothing."""
+
+    def say(self, text: str, /) -> None:
+        """Does nothing."""
+
+
+def make(path: Path) -> None:
+    """Makes the run that is mutated."""
+    settings = Config(experiment=toy.Toy(), keep=3)
+    folder.create(path, settings)
+    evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
+
+
+def flip(content: bytearray, random: Random) -> bytearray:
+    """Flips one bit."""
+    content[random.integers(len(content))] ^= 1 << random.integers(8)
+    return content
+
+
+def overwrite(content: bytearray, random: Random) -> bytearray:
+    """Writes noise over some bytes."""
+    start, length = random.integers(len(content)), random.integers(1, 64)
+    content[start : start + length] = random.bytes(len(content[start : start + length]))
+    return content
+
+
+def truncate(content: bytearray, random: Random) -> bytearray:
+    """Cuts the end off."""
+    return content[: random.integers(len(content))]
+
+
+def blank(content: bytearray, random: Random) -> bytearray:
+    """Writes zeros over a block, as a disk that lost one does."""
+    start = random.integers(len(content))
+    content[start : start + 512] = bytes(len(content[start : start + 512]))
+    return content
+
+
+def remove(content: bytearray, random: Random) -> bytearray:
+    """Takes some bytes out of the middle."""
+    start, length = random.integers(len(content)), random.integers(1, 64)
+    del content[start : start + length]
+    return content
+
+
+def repeat(content: bytearray, random: Random) -> bytearray:
+    """Puts some bytes in twice."""
+    start, length = random.integers(len(content)), random.integers(1, 64)
+    content[start:start] = content[start : start + length]
+    return content
+
+
+def digit(content: bytearray, random: Random) -> bytearray:
+    """Puts another digit in the place of one: the file stays well-formed, if it is text."""
+    places = [i for i, byte in enumerate(content) if 48 <= byte < 58]
+    if not places:
+        return flip(content, random)
+    place = random.choice(places)
+    content[place] = 48 + (content[place] - 48 + random.integers(1, 10)) % 10
+    return content
+
+
+def grow(content: bytearray, random: Random) -> bytearray:
+    """Adds bytes at the end."""
+    return content + random.bytes(int(random.integers(1, 5000)))
+
+
+def value(content: bytearray, random: Random) -> bytearray:
+    """Puts a hostile value in a place of a JSON file, with a digest that fits if it had one."""
+    try:
+        data = msgspec.json.decode(content)
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        return flip(content, random)
+    places: list[tuple[Any, Any]] = []
+    _collect(data, places)
+    if not places:
+        return flip(content, random)
+    table, key = places[random.integers(len(places))]
+    table[key] = HOSTILE[random.integers(len(HOSTILE))]
+    is_sealed = isinstance(data, dict) and sealing.DIGEST in data
+    return bytearray(sealing.sealed(data) if is_sealed else msgspec.json.encode(data))
+
+
+def _collect(data: Any, places: list[tuple[Any, Any]]) -> None:
+    items = data.items() if isinstance(data, dict) else enumerate(data)
+    for key, inside in items:
+        places.append((data, key))
+        if isinstance(inside, dict | list):
+            _collect(inside, places)
+
+
+DAMAGES: tuple[Mutation, ...] = (
+    flip, overwrite, truncate, blank, remove, repeat, digit, grow
+)  # fmt: skip
+
+
+def mutate(path: Path, random: Random) -> tuple[str, bool]:
+    """Mutates one file of a run; returns what was done, and whether it was a forgery."""
+    files = sorted(each for each in path.rglob("*") if each.is_file())
+    victim = files[random.integers(len(files))]
+    name = str(victim.relative_to(path))
+    kind = random.integers(12)
+    if kind == 0:
+        victim.unlink()
+        return f"{name} removed", False
+    if kind == 1:
+        victim.unlink()
+        victim.mkdir()
+        return f"{name} a folder", False
+    if kind == 2:
+        other = files[random.integers(len(files))]
+        victim.write_bytes(other.read_bytes())
+        return f"{name} replaced by {other.relative_to(path)}", False
+    mutation = value if kind == 3 else DAMAGES[random.integers(len(DAMAGES))]
+    content = victim.read_bytes()
+    victim.write_bytes(mutation(bytearray(content), random) if content else b"?")
+    return f"{name}: {mutation.__name__}", mutation is value
+
+
+class Whole:
+    """The run as it was, to compare with."""
+
+    def __init__(self, path: Path) -> None:
+        self.run = runs.load(path)
+        self.settings = config.read(path)
+        self.arrays = {g: _bits(runs.load(path, g).arrays) for g in self.run.generations}
+
+    def judge(self, path: Path, *, is_forged: bool) -> str:
+        """Returns what mjxwalk makes of a mutated copy.
+
+        "refused", read without a "damaged" checkpoint, "unfinished" for want of a result, or the
+        "same".
+
+        Args:
+          path: of the copy.
+          is_forged: whether a file was written anew with a digest that fits: what it says then is
+            what somebody wanted to say, and may be read.
+
+        Raises:
+          AssertionError: something else was loaded than there was.
+          Exception: it crashed.
+        """
+        try:
+            loaded = runs.load(path)
+            settings = config.read(path)
+        except RunError as error:
+            assert "\n" not in str(error), f"more than a sentence: {error}"
+            return "refused"
+        if is_forged:
+            return "same"
+        assert settings == self.settings, "other settings"
+        assert loaded.manifest in ({}, self.run.manifest), "another manifest"
+        for name, column in loaded.metrics.items():
+            np.testing.assert_array_equal(column, self.run.metrics[name][: column.size])
+        if loaded.generation:
+            assert _bits(loaded.arrays) == self.arrays[loaded.generation], "other arrays"
+        damaged = [number for number in self.arrays if not self._is_whole(path, number)]
+        if damaged:
+            return "damaged"
+        if loaded.result is None:
+            return "unfinished"
+        assert loaded.result == self.run.result, "another result"
+        assert _bits(loaded.champion) == _bits(self.run.champion), "another champion"
+        return "same"
+
+    def _is_whole(self, path: Path, generation: int) -> bool:
+        try:
+            arrays = runs.load(path, generation).arrays
+        except RunError:
+            return False
+        assert _bits(arrays) == self.arrays[generation], f"other arrays of {generation}"
+        return True
+
+    def check_resume(self, path: Path) -> None:
+        """Goes on with a mutated copy, which must end as the run did, or be refused."""
+        for name in ("result.json", "champion.npz"):
+            if (path / name).is_file():
+                (path / name).unlink()
+        try:
+            settings = config.read(path)
+            with folder.locked(path):
+                evolve(path, settings, toy.ToyEvaluator(settings.experiment, "auto"), Silent())
+            loaded = runs.load(path)
+        except RunError:
+            return
+        assert _bits(loaded.arrays) == self.arrays[self.run.generation], "resumed to other arrays"
+        assert _bits(loaded.champion) == _bits(self.run.champion), "resumed to another champion"
+
+
+def _bits(arrays: dict[str, Any]) -> dict[str, bytes]:
+    return {name: array.tobytes() for name, array in arrays.items()}
+
+
+def attack(number: int, seed: int, place: Path, *, resume_every: int = 5) -> dict[str, int]:
+    """Returns how many mutations ended in which way.
+
+    Raises:
+      AssertionError: one was loaded as something else, or crashed; names it.
+    """
+    random = np.random.default_rng(seed)
+    make(place / "whole")
+    whole = Whole(place / "whole")
+    counts: collections.Counter[str] = collections.Counter()
+    for turn in range(number):
+        path = place / "mutated"
+        shutil.rmtree(path, ignore_errors=True)
+        shutil.copytree(place / "whole", path)
+        what, is_forged = mutate(path, random)
+        try:
+            counts[whole.judge(path, is_forged=is_forged)] += 1
+            if turn % resume_every == 0 and not is_forged:
+                whole.check_resume(path)
+                counts["resumed"] += 1
+        except Exception as error:
+            raise AssertionError(f"mutation {turn} of seed {seed}, {what}: {error!r}") from error
+    return dict(counts)
+
+
+if __name__ == "__main__":
+    toy.install(pytest.MonkeyPatch())
+    with tempfile.TemporaryDirectory() as folder_of_all:
+        print(attack(int(sys.argv[1]), seed=0, place=Path(folder_of_all)))
