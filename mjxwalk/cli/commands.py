@@ -33,12 +33,16 @@ class Entry(NamedTuple):
 COMMANDS: Mapping[str, Entry] = {
     "evolve": Entry("mjxwalk.cli.evolve", "Evolve", "evolve walkers, in a folder of their own"),
     "resume": Entry("mjxwalk.cli.evolve", "Resume", "go on with a run that did not end"),
+    "sweep": Entry("mjxwalk.sweep.command", "Sweep", "evolve a grid of seeds and settings"),
     "tournament": Entry(
         "mjxwalk.tournament.command", "HoldTournament", "find the best walker of a run and try it"
     ),
     "watch": Entry("mjxwalk.watch.command", "Watch", "write a page on which walkers walk, in 3D"),
     "verify": Entry(
         "mjxwalk.verify.command", "Verify", "walk the best walker again in C MuJoCo, and compare"
+    ),
+    "export": Entry(
+        "mjxwalk.export.command", "Export", "write controller, body or gait for other programs"
     ),
     "report": Entry("mjxwalk.report.command", "Report", "write one page on runs, beside the paper"),
     "list": Entry("mjxwalk.cli.list", "List", "show experiments, the zoo, and runs"),

@@ -1,0 +1,1 @@
+"""Walkers for other programs: the controller, the body, and how it walks."""

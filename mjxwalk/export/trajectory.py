@@ -1,0 +1,95 @@
+"""How a walker walks, as a table over time."""
+
+import dataclasses
+from typing import Any
+
+import jax
+import numpy as np
+
+from mjxwalk import replay
+from mjxwalk.envs import Terrain
+from mjxwalk.export import contract
+from mjxwalk.export.sto import Table
+from mjxwalk.settings import override
+from mjxwalk.walkers import Walker
+from mjxwalk.watch import bodies, forces
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Take:
+    """What is recorded.
+
+    Attributes:
+      seconds: after which recording ends.
+      frames_per_second: in the trial's time.
+      terrain_seed: of the random ground.
+      roughness: step of the random ground, m; None for that which its last generation met.
+    """
+
+    seconds: float
+    frames_per_second: float
+    terrain_seed: int
+    roughness: float | None
+
+
+def record(walker: Walker, take: Take) -> Table:
+    """Returns coordinates, their rates, motor torques and ground forces, up to the trial's end.
+
+    Raises:
+      ValueError: the frame rate or the duration is wrong.
+      RunError: the body is not known here, or the roughness is refused.
+    """
+    experiment = walker.experiment.tried()
+    contract.observation_of(experiment.env)  # refuses bodies that are not known
+    if take.roughness is not None:
+        experiment = override(experiment, "env.terrain.roughness", str(take.roughness))
+    env = experiment.env
+    heights = np.asarray(experiment.sample_terrains(jax.random.key(take.terrain_seed), 1))
+    terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
+    recording = replay.record(
+        env,
+        experiment.controller,
+        jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype),
+        terrain,
+        duration=min(take.seconds, env.max_time),
+        frames_per_second=take.frames_per_second,
+    )
+    felt = forces.measure(env, experiment.controller, walker.genotype, terrain, recording, 0)
+    states, done = recording.states, recording.done[:, 0]
+    frames = int(np.argmax(done)) + 1 if done[-1] else len(done)
+    steps = np.asarray(states.num_steps[:frames, 0], np.float64)
+    columns = [
+        # Not the recording's: its times are float32, whose last digits no one wants to see.
+        np.round(steps * env.timestep, 9)[:, None],
+        states.qpos[:frames, 0],
+        states.qvel[:frames, 0],
+        felt.torque[:frames],
+        felt.ground[:frames].reshape(frames, -1),
+    ]
+    rows = np.concatenate([np.asarray(part, np.float64) for part in columns], axis=1)
+    return Table(_title(walker), _notes(take, experiment), names(env), rows)
+
+
+def names(env: Any) -> tuple[str, ...]:
+    """Returns the names of the columns."""
+    coordinates, motors = contract.coordinate_names(env), contract.motor_names(env)
+    points = bodies.layout(env).points
+    return (
+        "time",
+        *coordinates,
+        *(f"{name}_rate" for name in coordinates),
+        *(f"{name}_torque" for name in motors),
+        *(f"{point}_force_{axis}" for point in points for axis in "xyz"),
+    )
+
+
+def _title(walker: Walker) -> str:
+    return f"{walker.name} generation {walker.generation} by mjxwalk"
+
+
+def _notes(take: Take, experiment: Any) -> tuple[str, ...]:
+    return (
+        "Units are SI: seconds, metres, radians, newtons and newton metres",
+        "x is forward, y is left, z is up; root_x, root_y and root_z are of the hip",
+        f"Terrain of seed {take.terrain_seed} and roughness {experiment.env.terrain.roughness:g} m",
+    )
