@@ -97,7 +97,8 @@ def acceleration(
     """
     mass_matrix, force = equations(model, data, generalized_force, added_inertia, loads)
     if coupling is not None:
-        mass_matrix, force = coupling.T @ mass_matrix @ coupling, coupling.T @ force
+        tied = jnp.asarray(coupling)
+        mass_matrix, force = tied.T @ mass_matrix @ tied, tied.T @ force
     return solve(mass_matrix, force)
 
 

@@ -55,6 +55,15 @@ class Environment(Protocol):
 
 
 @runtime_checkable
+class Judging(Protocol):
+    """An environment that has a fitness of its own, other than the distance of the hip."""
+
+    def fitness(self, state: Any, /) -> Float[Array, ""]:
+        """Returns the fitness of a walker whose trial has ended; higher is better."""
+        ...
+
+
+@runtime_checkable
 class Controller(Protocol):
     """What drives the body of an environment; `LinearReactive` does so for `Planar7`."""
 
@@ -71,7 +80,7 @@ class Outcome(NamedTuple):
     """What a walker did in one trial.
 
     Attributes:
-      fitness: higher is better; the distance, m.
+      fitness: higher is better; the distance, m, or what the environment says.
       distance: of the hip from where it started, forward, m.
       duration: s.
       fell: whether the trial ended by a fall, or by physics that diverged.
@@ -119,7 +128,8 @@ def advance(
 def rollout(env: Environment, controller: Controller, genotype: Any, terrain: Any) -> Outcome:
     """Returns how far one walker gets before it falls or has spent its budget.
 
-    Solomon et al. (2013), section 2.7.2: fitness is the distance that a walker travels until then.
+    Solomon et al. (2013), section 2.7.2: fitness is the distance that a walker travels until then,
+    unless the environment is `Judging`.
     """
 
     def walking(walk: Walk) -> Bool[Array, ""]:
@@ -132,7 +142,7 @@ def rollout(env: Environment, controller: Controller, genotype: Any, terrain: An
         walking, step, start(env, controller, genotype, terrain)
     ).state
     return Outcome(
-        fitness=state.qpos[0],
+        fitness=env.fitness(state) if isinstance(env, Judging) else state.qpos[0],
         distance=state.qpos[0],
         duration=state.num_steps * env.timestep,
         fell=state.fell,

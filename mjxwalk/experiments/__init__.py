@@ -29,10 +29,16 @@ _STEADY = "local links, around the mean of rough, for fewer falls"
 _LPD, _FIL = "local links, around the mean of steady", "all links, around the winner of lpd"
 _SIL = "goes on from fil and prunes its links"
 
+_ASSISTED = "pattern generator, its trunk righted, until one walks 20 m"
+_UNASSISTED = "that population goes on without assistance"
+
 _EXPERIMENTS = {
     "planar-lpd": _Entry("solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),
     "planar-fil": _Entry("solomon", "PLANAR_FIL", "planar walker, all links, slightly rough"),
     "solomon-3d": _Entry("solomon_3d", "SOLOMON_3D", "spatial walker, slightly rough ground"),
+    "reil-unassisted": _Entry(
+        "reil", "REIL_UNASSISTED", "biped with powered hips, pattern generator, no assistance"
+    ),
     "rayleigh": _Entry("rayleigh", "RAYLEIGH", "four Rayleigh oscillators fitted to human walking"),
     "rayleigh-harmonic": _Entry(
         "rayleigh", "RAYLEIGH_HARMONIC", "an oscillator for each harmonic of each leg, likewise"
@@ -42,6 +48,22 @@ _EXPERIMENTS = {
     ),
 }
 _STUDIES = {
+    "reil": _Entry(
+        "reil",
+        "REIL",
+        "Reil & Massey (2001): hips driven by a pattern generator, with assistance and without",
+        {"assisted": _ASSISTED, "unassisted": _UNASSISTED},
+    ),
+    "reil-feedback": _Entry(
+        "reil",
+        "REIL_FEEDBACK",
+        "the same, and then with senses in the pattern generator",
+        {
+            "assisted": _ASSISTED,
+            "unassisted": _UNASSISTED,
+            "feedback": "the winner's network with trunk pitch and foot contact, around it",
+        },
+    ),
     "solomon-2d": _Entry(
         "solomon",
         "SOLOMON_2D",

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk import strategies
-from mjxwalk.controllers import LinearReactive, SpatialReactive
+from mjxwalk.controllers import CtrnnWalker, LinearReactive, SpatialReactive
 from mjxwalk.controllers.rayleigh_walker import RayleighWalker
-from mjxwalk.envs import Flame, Planar7, Terrain
+from mjxwalk.envs import Flame, Planar7, Reil, Terrain
 from mjxwalk.envs.checks import positive
 from mjxwalk.evolution.goal import Goal
 from mjxwalk.experiments.pruning import Pruning
@@ -19,6 +19,7 @@ from mjxwalk.experiments.ramp import RoughnessRamp
 from mjxwalk.rollout import Outcome, rollout
 from mjxwalk.runs import RunError, unflatten
 from mjxwalk.settings import override
+from mjxwalk.strategies.masks import MaskedState
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -64,8 +65,8 @@ class Experiment:
     """
 
     name: str
-    env: Planar7 | Flame
-    controller: LinearReactive | SpatialReactive | RayleighWalker
+    env: Planar7 | Flame | Reil
+    controller: LinearReactive | SpatialReactive | RayleighWalker | CtrnnWalker
     strategy: StrategyChoice
     population_size: int
     generations: int
@@ -91,7 +92,7 @@ class Experiment:
             )
         self._arena()
 
-    def _arena(self) -> Planar7 | Flame:
+    def _arena(self) -> Planar7 | Flame | Reil:
         env = self.env
         for path, value in self.arena.items():
             try:
@@ -155,6 +156,8 @@ class Experiment:
         Raises:
           RunError: the arrays do not fit.
         """
+        if isinstance(state, MaskedState):
+            return state._replace(inner=unflatten(state.inner, before))
         if self.pruning is None:
             return unflatten(state, before)
         pruner: Any = strategy
@@ -175,7 +178,7 @@ class Experiment:
     ) -> Float[Array, " terrain *node"]:
         """Returns terrains, heights in m; of the environment's own roughness if none is given."""
         terrain = self.env.terrain
-        if roughness is not None:
+        if roughness is not None and roughness != terrain.roughness:
             terrain = dataclasses.replace(terrain, roughness=roughness)
         return terrain.sample(key, num)
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from jaxtyping import Array, PRNGKeyArray, Shaped
 
-from mjxwalk.envs import Flame, Planar7
+from mjxwalk.envs import Flame, Planar7, Reil
 from mjxwalk.rollout import Environment
 from mjxwalk.tournament.perturbed import perturbed, with_draws
 from mjxwalk.tournament.results import AS_EVOLVED, HALF_STEP, PAPERS_STEP, PERTURBED
@@ -54,7 +54,7 @@ def settings(
         explicit = _replaced(env, timestep=PAPERS_TIMESTEP, integrator="explicit")
         few = terrains[: -(-terrains.shape[0] // PAPERS_SHARE)]
         found.append(Setting(PAPERS_STEP, dataclasses.replace(experiment, env=explicit), few))
-    if isinstance(env, Planar7 | Flame):
+    if isinstance(env, Planar7 | Flame | Reil):
         started = dataclasses.replace(experiment, env=perturbed(env))
         found.append(Setting(PERTURBED, started, with_draws(key, terrains)))
     return found

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.envs import Flame, Planar7, State, Terrain, flame, flame_body
+from mjxwalk.envs import Flame, Planar7, Reil, State, Terrain, flame, flame_body
 from mjxwalk.envs.planar7 import LEG_LENGTH, SOLE_DEPTH
 
 DRAWS = 3  # for each trial, one for each number that is perturbed
@@ -108,12 +108,21 @@ class PerturbedFlame(Flame):
         )
 
 
+# How far a start of `Reil` may be from the usual one, to either side; it draws its trials itself.
+# ours: a push that tips a straight body by a degree in 0.2 s, and half a foot's length of stride.
+REIL_STARTS = {"push": 0.1, "sideways": 0.05, "pitch_rate": 0.1, "stride": 0.05}
+
+
 @overload
 def perturbed(env: Planar7) -> PerturbedPlanar7: ...
 @overload
 def perturbed(env: Flame) -> PerturbedFlame: ...
-def perturbed(env: Planar7 | Flame) -> PerturbedPlanar7 | PerturbedFlame:
+@overload
+def perturbed(env: Reil) -> Reil: ...
+def perturbed(env: Planar7 | Flame | Reil) -> PerturbedPlanar7 | PerturbedFlame | Reil:
     """Returns the same body and rules with perturbed starts."""
+    if isinstance(env, Reil):
+        return dataclasses.replace(env, terrain=dataclasses.replace(env.terrain, **REIL_STARTS))
     kind = PerturbedFlame if isinstance(env, Flame) else PerturbedPlanar7
     settings: Any = {f.name: getattr(env, f.name) for f in dataclasses.fields(env)}
     return kind(**settings)
