@@ -164,7 +164,7 @@ export class Plots {
       scales: { x: { time: false }, y: { range: [low - room, high + room] } },
       axes: [
         { ...axis, size: 18, gap: 2, space: 44, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
-        { ...axis, size: 36, gap: 4, space: 22, values: (_, ticks) => ticks.map((tick) => number(tick, Math.abs(high - low) < 3 ? 1 : 0)) },
+        { ...axis, size: 36, gap: 4, space: 16, values: (_, ticks) => ticks.map((tick) => number(tick, Math.abs(high - low) < 3 ? 1 : 0)) },
       ],
       series: [{}, ...chart.lines.map((line) => ({
         stroke: line.side === "middle" ? theme.ink : theme[line.side], width: 1.6, points: { show: false },
