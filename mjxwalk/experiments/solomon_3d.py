@@ -59,7 +59,9 @@ def _around(sigma: float) -> StrategyChoice:
 
 
 def _slight(study: str) -> Experiment:
-    return dataclasses.replace(SOLOMON_3D, name=f"{study}/slight")
+    """Returns the phase before: until a walker is good enough to go on from."""
+    goal = Goal(trials=100, distance=50.0)  # ours: what the paper's best walk there
+    return dataclasses.replace(SOLOMON_3D, name=f"{study}/slight", goal=goal)
 
 
 def _rough(study: str) -> Experiment:
