@@ -38,10 +38,11 @@ export class App {
       read(`walker ${index} pushes`), show.frame_s,
     ));
     this.player = new Player(Math.max(...this.motions.map((motion) => motion.duration)));
+    const alone = place.dataset["layout"] === "page";
     const help = helpPage(place.dataset["version"] ?? "");
     const choose = (walker: number) => this.choose(walker);
     this.timeline = new Timeline(this.player, show.body.points);
-    this.plots = new Plots(show, this.player);
+    this.plots = new Plots(show, this.player, alone ? "h2" : "h4");
     this.numbers = new Numbers(show, choose);
     this.controls = new Controls(
       this.player, this.timeline, () => this.stage?.cameras ?? null,
@@ -53,8 +54,7 @@ export class App {
       this.motions.length > 1,
       () => help.showModal(),
     );
-    const heading = place.dataset["layout"] === "page" ? "h1" : "h3";
-    const title = make("header", {}, make(heading, {}, show.title), make("p", {}, show.what));
+    const title = make("header", {}, make(alone ? "h1" : "h3", {}, show.title), make("p", {}, show.what));
     const scene = make("div", { class: "scene" });
     const stage = make("div", { class: "stage" }, scene, title, this.numbers.live, this.controls.views);
     place.append(
@@ -64,7 +64,7 @@ export class App {
     this.stage = this.makeStage(scene, show, read("heights"), choose);
     this.controls.update();
     this.choose(0);
-    listen(place.dataset["layout"] === "page" ? document : place, {
+    listen(alone ? document : place, {
       player: this.player,
       controls: this.controls,
       frameSeconds: show.frame_s,
@@ -129,12 +129,13 @@ export class App {
 
   private frame(now: number): void {
     // After a pause in another tab, time goes on where it stood.
-    const seconds = Math.min((now - this.before) / 1000, 0.1);
+    const passed = (now - this.before) / 1000;
+    const seconds = Math.min(passed, 0.1);
     this.before = now;
     this.player.advance(seconds);
     const time = this.player.now;
     const jumped = Math.abs(time - this.drawn) > 1.5 * seconds * this.player.speed + 1e-6;
-    this.stage?.draw(time, seconds, jumped || Number.isNaN(this.drawn));
+    this.stage?.draw(time, Math.min(passed, 2), jumped || Number.isNaN(this.drawn));
     if (time !== this.drawn) {
       this.timeline.show(time);
       this.controls.show(time);

@@ -94,6 +94,6 @@ export class Cameras {
     const wide = (0.62 * this.reach) / (half * this.camera.aspect);
     const near = Math.max(high, wide);
     if (view !== "all") return near;
-    return Math.max(near, (0.6 * this.breadth) / (half * this.camera.aspect));
+    return Math.max(near, (0.6 * this.breadth) / (half * Math.max(this.camera.aspect, 1.2)));
   }
 }

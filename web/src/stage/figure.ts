@@ -20,7 +20,7 @@ export class Figures {
     this.places = body.parts.map((part) => placed(part.pos, part.quat));
     this.meshes = body.parts.map((part) => {
       const material = new MeshStandardMaterial({ roughness: 0.62, flatShading: part.shape === "mesh" });
-      const mesh = new InstancedMesh(shape(part), material, count);
+      const mesh = new InstancedMesh(shape(part, count > 4 ? 0.6 : 1), material, count);
       mesh.instanceMatrix.setUsage(DynamicDrawUsage);
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.frustumCulled = false;
@@ -59,15 +59,16 @@ export function colourOf(theme: Theme, side: Side): string {
   return theme[side];
 }
 
-function shape(part: Part): BufferGeometry {
+/** Returns a part's surface; `detail` says how finely it is cut. */
+function shape(part: Part, detail: number): BufferGeometry {
   const [first, second, third] = part.size as [number, number, number];
-  if (part.shape === "sphere") return new SphereGeometry(first, 32, 20);
+  if (part.shape === "sphere") return new SphereGeometry(first, 32 * detail, 20 * detail);
   if (part.shape === "capsule") {
-    return new CapsuleGeometry(first, 2 * second, 8, 24).rotateX(Math.PI / 2);
+    return new CapsuleGeometry(first, 2 * second, 8 * detail, 24 * detail).rotateX(Math.PI / 2);
   }
   if (part.shape === "box") {
     const round = 0.45 * Math.min(first, second, third);
-    return new RoundedBoxGeometry(2 * first, 2 * second, 2 * third, 4, round);
+    return new RoundedBoxGeometry(2 * first, 2 * second, 2 * third, Math.round(4 * detail), round);
   }
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(new Float32Array(part.vertices), 3));

@@ -71,7 +71,7 @@ export class Terrain {
     const several = this.lanes.length > 1;
     if (rows > 1 && !several) return Array.from({ length: rows }, (_, row) => y + row * spacing);
     const wide = several ? NARROW : width;
-    const parts = rows > 1 ? Math.round(wide / spacing) : 1;
+    const parts = rows > 1 ? Math.round(wide / (2 * spacing)) : 1;
     return Array.from({ length: parts + 1 }, (_, part) => (part / parts - 0.5) * wide);
   }
 

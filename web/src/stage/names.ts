@@ -5,6 +5,8 @@ import type { Motion } from "../motion";
 import type { Walker } from "../show";
 import { make } from "../ui/dom";
 
+const CROWDED = 560; // px, of a scene too narrow for more than one name
+
 export class Names {
   private readonly tags: HTMLButtonElement[];
   private readonly seen = new Vector3();
@@ -28,7 +30,7 @@ export class Names {
       const far = heads[walker]!.distanceTo(camera.position);
       this.seen.copy(heads[walker]!).project(camera);
       const inSight = Math.abs(this.seen.x) < 1.05 && Math.abs(this.seen.y) < 1.05 && this.seen.z < 1;
-      tag.hidden = !inSight || (walker !== chosen && far > 45);
+      tag.hidden = !inSight || (walker !== chosen && (far > 45 || width < CROWDED));
       if (tag.hidden) return;
       const x = (0.5 + 0.5 * this.seen.x) * width;
       const y = (0.5 - 0.5 * this.seen.y) * height;

@@ -8,6 +8,7 @@ const LEVELS = [
   { pixels: 0.6, shadows: false },
 ];
 const SLOW = 1 / 40; // s a frame
+const PATIENCE = 1.5; // s, after which fewer frames will do
 const FRAMES = 24; // over which frames are averaged, so that one hitch counts for little
 
 export class Quality {
@@ -18,7 +19,7 @@ export class Quality {
   /** Counts a frame that was drawn right after another; returns whether to draw less from now on. */
   count(seconds: number): boolean {
     this.seconds += seconds;
-    if (++this.frames < FRAMES) return false;
+    if (++this.frames < FRAMES && this.seconds < PATIENCE) return false;
     const slow = this.seconds / this.frames > SLOW;
     this.seconds = this.frames = 0;
     if (!slow || this.level === LEVELS.length - 1) return false;

@@ -35,7 +35,7 @@ export class Plots {
   private motion: Motion | null = null;
   private shown = NaN;
 
-  constructor(show: Show, private readonly player: Player) {
+  constructor(show: Show, private readonly player: Player, private readonly level: "h2" | "h4") {
     const { angles, points } = show.body;
     this.group("Joint angle", "°", 0, angles, (angle) => (motion) =>
       motion.moves[angle.coordinate]!.map((value) => value * DEGREES));
@@ -114,7 +114,7 @@ export class Plots {
   }
 
   private heading(title: string, unit: string): void {
-    this.element.append(make("h2", {}, title, make("small", {}, ` ${unit}`)));
+    this.element.append(make(this.level, {}, title, make("small", {}, ` ${unit}`)));
   }
 
   private chart(title: string, unit: string, places: number, lines: Line[]): void {
