@@ -142,10 +142,10 @@ class Evolve:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Resume:
-    """Go on with a run or a study that was stopped, killed or out of disk, to the same bits.
+    """Go on with what was stopped, killed or out of disk, to the same bits.
 
     Attributes:
-      run_folder: the run's or the study's folder.
+      run_folder: folder of a run, a study or a sweep.
     """
 
     run_folder: RunFolder
@@ -157,8 +157,11 @@ class Resume:
           RunError: the folder is no run, or the run cannot go on.
         """
         from mjxwalk.runs import folder, study
+        from mjxwalk.sweep import command, plan
 
         path = self.run_folder
+        if plan.is_sweep(path):
+            return command.go_on(path, plan.read(path))
         is_study = study.is_study(path)
         if not is_study:
             folder.check_run(path)

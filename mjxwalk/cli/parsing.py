@@ -113,6 +113,19 @@ OptionalName: TypeAlias = Annotated[str | None, _primitive("NAME", str, "a name"
 CountOrAll: TypeAlias = Annotated[
     int | None, _primitive("INT|all", _count_or_all, "a whole number or all", none="all")
 ]
+SweepPath: TypeAlias = Annotated[
+    Path | None,
+    _primitive("PATH", Path, "a folder", none="runs/sweep-EXPERIMENT-GRID"),
+]
+CoresOrShare: TypeAlias = Annotated[
+    int | None, _primitive("INT", int, "a whole number", none="shared-out")
+]
+GigabytesOrAll: TypeAlias = Annotated[
+    float | None, _primitive("FLOAT", _finite, "a number", none="no-limit")
+]
+NameOrDefault: TypeAlias = Annotated[
+    str | None, _primitive("NAME", str, "a name", none="the-default")
+]
 OutPath: TypeAlias = Annotated[
     Path | None,
     _primitive("PATH", Path, "a folder", none="runs/EXPERIMENT-SEED-TIME"),

@@ -126,7 +126,7 @@ def test_a_malformed_file_is_refused_in_one_sentence_that_names_the_line(
 
 
 def test_a_file_that_is_missing_or_no_text_is_refused(tmp_path: Path):
-    with pytest.raises(RunError, match="No such file"):
+    with pytest.raises(RunError, match="no such file"):
         gaits.read(tmp_path / "none.csv")
     (tmp_path / "raw.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(RunError, match="it is no text"):

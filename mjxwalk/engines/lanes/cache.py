@@ -5,10 +5,13 @@ another name and renamed, so that two processes can write one entry; what does n
 checksum is as good as absent. A disk that cannot be written costs time, never a result.
 """
 
+import contextlib
+import fcntl
 import hashlib
 import json
 import os
 import tempfile
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any, cast
 
@@ -37,6 +40,28 @@ def read(name: str) -> tuple[Header, bytes] | None:
         return cast(Header, json.loads(line)), code
     except (OSError, ValueError):
         return None
+
+
+@contextlib.contextmanager
+def alone(name: str) -> Generator[None]:
+    """Keeps other processes, and threads, from making the same entry until the block ends.
+
+    Without a disk to tell them by, all make it.
+    """
+    descriptor = -1
+    try:
+        if name:
+            folder().mkdir(parents=True, exist_ok=True)
+            # One of a few files, which stay: one for each entry would litter the folder.
+            descriptor = os.open(folder() / f".making-{name[:2]}", os.O_RDWR | os.O_CREAT, 0o644)
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+    except OSError:
+        pass
+    try:
+        yield
+    finally:
+        if descriptor >= 0:
+            os.close(descriptor)
 
 
 def write(name: str, header: Header, code: bytes) -> None:

@@ -92,9 +92,23 @@ def compiled(
     """Returns the kernel of a function of one walker, from the disk if it is there."""
     start = time.perf_counter()
     name, modules = _name(function, tree, abstracts, chosen)
-    found = _found(name, chosen, start) if name else None
-    if found is not None:
-        return found
+    with cache.alone(name):
+        found = _found(name, chosen, start) if name else None
+        if found is not None:
+            return found
+        return _made(function, tree, abstracts, chosen, name, modules, start)
+
+
+def _made(
+    function: Callable[..., Any],
+    tree: Any,
+    abstracts: Sequence[Abstract],
+    chosen: Target,
+    name: str,
+    modules: set[str],
+    start: float,
+) -> Compiled:
+    """Returns the kernel of a function of one walker, and leaves it on the disk."""
     graph, outputs, output_tree = traced(function, tree, abstracts)
     whole = program(graph, [n for out in outputs for n in out.array.ravel().tolist()])
     text = kernel(

@@ -1,0 +1,101 @@
+"""From one command to the runs of a grid: every seed with every combination of settings."""
+
+import dataclasses
+import itertools
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from mjxwalk.cli.evolve import Evolve
+from mjxwalk.errors import RunError
+
+MOST_RUNS = 100_000  # ours: more folders than anybody wants to look at
+
+
+def grid(asked: Evolve, seeds: int) -> dict[str, Evolve]:
+    """Returns what each run is asked for, by a name that is fit for a folder.
+
+    Args:
+      asked: of every run; a setting may have several values, with commas between them.
+      seeds: how many, from the one that is asked for.
+
+    Raises:
+      RunError: there are too many, or a setting has no value.
+    """
+    settings = [
+        (path, _values(path, text)) for path, _, text in (s.partition("=") for s in asked.set)
+    ]
+    if seeds < 1:
+        raise RunError(f"--seeds must be at least 1, got {seeds}")
+    number = seeds
+    for _, values in settings:
+        number *= len(values)
+    if number > MOST_RUNS:
+        raise RunError(f"these are {number} runs, more than {MOST_RUNS}; make several sweeps")
+    names = _short_names([path for path, values in settings if len(values) > 1])
+    runs: dict[str, Evolve] = {}
+    for choice in itertools.product(*[values for _, values in settings]):
+        chosen = [(path, value) for (path, _), value in zip(settings, choice, strict=True)]
+        parts = [f"{names[path]}-{_plain(value)}" for path, value in chosen if path in names]
+        for seed in range(asked.seed, asked.seed + seeds):
+            name = "-".join([*parts, f"seed-{seed}"])
+            if name in runs:  # two values that differ in what a folder's name cannot show
+                name = f"{name}-{len(runs)}"
+            given = tuple(f"{path}={value}" for path, value in chosen)
+            runs[name] = dataclasses.replace(_only_evolve(asked), seed=seed, set=given, out=None)
+    return runs
+
+
+def arguments(asked: Evolve) -> list[str]:
+    """Returns the arguments of `mjxwalk evolve` that ask for the same."""
+    found = [asked.experiment]
+    for field in dataclasses.fields(Evolve):
+        value: Any = getattr(asked, field.name)
+        if field.name in ("experiment", "set") or value == field.default:
+            continue
+        flag = "from" if field.name == "source" else field.name.replace("_", "-")
+        found += [f"--{flag}", "all" if value is None else str(value)]
+    for assignment in asked.set:
+        found += ["--set", assignment]
+    return found
+
+
+def _only_evolve(asked: Evolve) -> Evolve:
+    return Evolve(
+        **{field.name: getattr(asked, field.name) for field in dataclasses.fields(Evolve)}
+    )
+
+
+def _values(path: str, text: str) -> list[str]:
+    """Returns the values between the commas that stand in no brackets and no quotes."""
+    values, depth, quoted = [""], 0, False
+    for letter in text:
+        quoted ^= letter == '"'
+        depth += 0 if quoted else (letter in "[{") - (letter in "]}")
+        if letter == "," and not depth and not quoted:
+            values.append("")
+        else:
+            values[-1] += letter
+    stripped = [value.strip() for value in values]
+    if not all(stripped):
+        raise RunError(f"--set {path}={text} has a comma without a value beside it")
+    return list(dict.fromkeys(stripped))
+
+
+def _short_names(paths: Sequence[str]) -> dict[str, str]:
+    """Returns the last part of each path, or as many more as it takes to tell them apart."""
+    names: dict[str, str] = {}
+    for path in paths:
+        parts = path.split(".")
+        for length in range(1, len(parts) + 1):
+            ending = parts[-length:]
+            if sum(other.split(".")[-length:] == ending for other in paths) == 1:
+                break
+        else:
+            raise RunError(f"--set {path} is there twice; put the values of both into one")
+        names[path] = _plain("-".join(ending))
+    return names
+
+
+def _plain(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9.]+", "-", text).strip("-.")[:60] or "x"

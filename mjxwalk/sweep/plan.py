@@ -1,0 +1,136 @@
+"""A sweep on disk: a folder with `sweep.json`, and in it a folder for each run."""
+
+import hashlib
+import re
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from mjxwalk.cli.evolve import Evolve
+from mjxwalk.cli.parsing import parse
+from mjxwalk.errors import RunError
+from mjxwalk.runs import files, sealing
+from mjxwalk.runs.locking import LOCK_FILE, locked
+from mjxwalk.sweep.grid import arguments
+
+FILE = "sweep.json"
+LOGS = "logs"  # folder with what each run said
+SCHEMA = 1
+
+
+class PlannedRun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One run.
+
+    Attributes:
+      name: of its folder.
+      args: of `mjxwalk evolve`, without its folder.
+    """
+
+    name: str
+    args: tuple[str, ...]
+
+
+class Resources(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What runs the runs.
+
+    Attributes:
+      executor: where they run.
+      cores: of each run; None for what there is, shared out.
+      memory_gb: that each run may take; None for no limit.
+      address: of a Ray cluster; None for the one that Ray finds.
+      partition: of Slurm; None for its default.
+      hours: that a job of Slurm may take.
+    """
+
+    executor: Literal["local", "ray", "slurm"] = "local"
+    cores: int | None = None
+    memory_gb: float | None = None
+    address: str | None = None
+    partition: str | None = None
+    hours: float = 24.0
+
+
+class Plan(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """All runs of a sweep, in the order in which they start."""
+
+    runs: tuple[PlannedRun, ...]
+    resources: Resources
+
+    @property
+    def name(self) -> str:
+        """Tells this sweep's runs from those of any other."""
+        text = msgspec.json.encode(self.runs)
+        return hashlib.blake2b(text, digest_size=4).hexdigest()
+
+
+class _File(Plan, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    schema: int
+    digest: str | None = None
+
+
+def make(runs: dict[str, Evolve], resources: Resources) -> Plan:
+    """Returns the plan of runs by name."""
+    planned = tuple(PlannedRun(name=n, args=tuple(arguments(r))) for n, r in runs.items())
+    return Plan(runs=planned, resources=resources)
+
+
+def is_sweep(path: Path) -> bool:
+    """Returns whether a folder holds a sweep."""
+    return (path / FILE).is_file()
+
+
+def create(path: Path, plan: Plan) -> None:
+    """Makes a sweep's folder, or returns if the same runs are planned in it already.
+
+    Raises:
+      RunError: the folder holds anything else, or cannot be made.
+    """
+    if is_sweep(path):
+        if read(path).runs != plan.runs:
+            raise RunError(
+                f"{path} holds another sweep; go on with it by `mjxwalk resume {path}`, or choose "
+                "another --out"
+            )
+        return
+    begun = (LOCK_FILE, files.partial(FILE))
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        in_the_way = [each.name for each in path.iterdir() if each.name not in begun]
+    except OSError as error:
+        raise RunError(f"{path} could not be made: {files.describe(error)}") from error
+    if in_the_way:
+        raise RunError(f"{path} exists and is not an empty folder; choose another --out")
+    with locked(path):
+        data: dict[str, Any] = {"schema": SCHEMA, **msgspec.to_builtins(plan)}
+        files.replace(path / FILE, sealing.sealed(data))
+
+
+def read(path: Path) -> Plan:
+    """Returns the plan of a sweep.
+
+    Raises:
+      RunError: the folder holds none, or it was changed or asks for what a sweep does not do.
+    """
+    file = path / FILE
+    content = files.read(file)
+    try:
+        schema = msgspec.json.decode(content, type=dict[str, Any]).get("schema")
+        if isinstance(schema, int) and schema != SCHEMA:
+            raise RunError(f"{file} has version {schema} and this mjxwalk reads version {SCHEMA}")
+        found = msgspec.json.decode(content, type=_File)
+        sealing.check(file, content, needed=True)
+    except files.MALFORMED as error:
+        raise RunError(f"{file} cannot be read: {error}") from None
+    for run in found.runs:
+        _check(file, run)
+    return Plan(runs=found.runs, resources=found.resources)
+
+
+def _check(file: Path, run: PlannedRun) -> None:
+    """Refuses a run that would leave the sweep's folder."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", run.name) or run.name == LOGS:
+        raise RunError(f"{file} has a run named {run.name!r}, which is no name for its folder")
+    asked = parse("mjxwalk evolve", Evolve, run.args)
+    if asked.out is not None or tuple(arguments(asked)) != run.args:
+        raise RunError(f"{file} asks for what a sweep does not: {' '.join(run.args)}")

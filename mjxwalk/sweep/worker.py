@@ -1,0 +1,42 @@
+"""Works on one run of a sweep in the process of a cluster, on whatever machine that is."""
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+WAITING = 600.0  # s for a process before us, whose machine was lost, to let go of the run
+
+
+def work(args: Sequence[str], path: str, log: str, cores: int, memory_gb: float | None) -> int:
+    """Begins a run, or goes on with it, and returns the exit code.
+
+    Args:
+      args: of `mjxwalk`, to begin the run.
+      path: of its folder, on a disk that all machines share.
+      log: file for what it says.
+      cores: for the threads of the lanes engine.
+      memory_gb: that it may take; None for no limit.
+    """
+    from mjxwalk.sweep import executors
+
+    os.environ[executors.THREADS] = str(cores)
+    if memory_gb is not None:
+        executors.limit_memory(os.getpid(), memory_gb)
+    from mjxwalk.cli import main
+    from mjxwalk.runs import config, folder
+
+    place = Path(path)
+    deadline = time.monotonic() + WAITING
+    while folder.is_locked(place) and time.monotonic() < deadline:
+        time.sleep(1.0)
+    if (place / config.FILE).is_file():  # begun before: by a job that was cut short, say
+        args = ("resume", path)
+    with open(log, "a", buffering=1) as said:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            try:
+                return main(args)
+            finally:
+                sys.stdout.flush()
