@@ -1,6 +1,6 @@
 """Evolutionary strategies as pure functions over pytrees of weights; needs JAX alone."""
 
-from mjxwalk.strategies import links, operators, ranks, vectors
+from mjxwalk.strategies import links, observations, operators, ranks, vectors
 from mjxwalk.strategies.ars import ARSState, ars
 from mjxwalk.strategies.base import Genotype, Mask, Masks, Population, Strategy
 from mjxwalk.strategies.bounds import with_bounds
@@ -25,6 +25,7 @@ from mjxwalk.strategies.islands import IslandsState, with_islands
 from mjxwalk.strategies.map_elites import MapElites, MapElitesMetrics, MapElitesState, map_elites
 from mjxwalk.strategies.masks import MaskedState, with_mask
 from mjxwalk.strategies.metrics import FitnessSummary, SearchMetrics, summarise_fitness
+from mjxwalk.strategies.observations import ObservingState, ObservingStrategy, with_observations
 from mjxwalk.strategies.openai_es import OpenAIESState, openai_es
 from mjxwalk.strategies.operators import Individual
 from mjxwalk.strategies.pattern_search import (
@@ -42,6 +43,12 @@ from mjxwalk.strategies.pruning import (
     with_pruning,
 )
 from mjxwalk.strategies.registry import FACTORIES, carry_over, make
+from mjxwalk.strategies.restarting_cma_es import (
+    RestartingMetrics,
+    RestartingState,
+    bipop_cma_es,
+    ipop_cma_es,
+)
 from mjxwalk.strategies.restarts import RestartState, with_restarts
 from mjxwalk.strategies.schedules import ScheduledState, with_schedule
 from mjxwalk.strategies.self_adaptive_ga import (
@@ -76,6 +83,8 @@ __all__ = [
     "Mask",
     "MaskedState",
     "Masks",
+    "ObservingState",
+    "ObservingStrategy",
     "OpenAIESState",
     "PGPEState",
     "PatternSearchMetrics",
@@ -85,6 +94,8 @@ __all__ = [
     "PruningState",
     "PruningStrategy",
     "RestartState",
+    "RestartingMetrics",
+    "RestartingState",
     "SNESState",
     "ScheduledState",
     "SearchMetrics",
@@ -95,6 +106,7 @@ __all__ = [
     "ToEvosaxState",
     "XNESState",
     "ars",
+    "bipop_cma_es",
     "carry_over",
     "cma_es",
     "deep_ga",
@@ -102,9 +114,11 @@ __all__ = [
     "from_evosax",
     "has_declined",
     "hybrid_ga",
+    "ipop_cma_es",
     "links",
     "make",
     "map_elites",
+    "observations",
     "openai_es",
     "operators",
     "pattern_search",
@@ -122,6 +136,7 @@ __all__ = [
     "with_evolving_masks",
     "with_islands",
     "with_mask",
+    "with_observations",
     "with_pruning",
     "with_restarts",
     "with_schedule",

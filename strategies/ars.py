@@ -3,7 +3,7 @@
 Mania, Guy & Recht (2018), "Simple random search of static linear policies is competitive for
 reinforcement learning", https://arxiv.org/abs/1803.07055, algorithm 1. Its versions V1-t and V2-t
 are this strategy with fewer directions used than drawn, V1 and V2 with all. V2 besides has linear
-policies see their observations whitened, which is up to the caller.
+policies see their observations whitened: `with_observations` keeps the statistics for that.
 """
 
 import functools

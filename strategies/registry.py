@@ -15,6 +15,7 @@ from mjxwalk.strategies.masks import with_mask
 from mjxwalk.strategies.openai_es import openai_es
 from mjxwalk.strategies.pattern_search import pattern_search
 from mjxwalk.strategies.pgpe import pgpe
+from mjxwalk.strategies.restarting_cma_es import bipop_cma_es, ipop_cma_es
 from mjxwalk.strategies.self_adaptive_ga import self_adaptive_ga
 from mjxwalk.strategies.sep_cma_es import sep_cma_es
 from mjxwalk.strategies.snes import snes
@@ -25,9 +26,11 @@ from mjxwalk.strategies.xnes import xnes
 FACTORIES: Mapping[str, Callable[..., Strategy[Any, Any]]] = MappingProxyType(
     {
         "ars": ars,
+        "bipop-cma-es": bipop_cma_es,
         "cma-es": cma_es,
         "deep-ga": deep_ga,
         "hybrid-ga": hybrid_ga,
+        "ipop-cma-es": ipop_cma_es,
         "openai-es": openai_es,
         "pattern-search": pattern_search,
         "pgpe": pgpe,

@@ -46,6 +46,8 @@ CASES = [
     Case("hybrid-ga", {**BOUNDS, "breeding_generations": 2}),
     Case("ars", {"sigma": 0.3, "learning_rate": 0.2}, by_rank=False),
     Case("cma-es", {"sigma": 0.5}),
+    Case("ipop-cma-es", {"sigma": 0.5, "max_doublings": 1}),
+    Case("bipop-cma-es", {"sigma": 0.5, "max_doublings": 1, "separable": True}),
     Case("openai-es", {"sigma": 0.3, "optimizer": 0.1}),
     Case("pgpe", {"sigma": 0.5, "optimizer": 0.1}),
     Case("sep-cma-es", {"sigma": 0.5}),
