@@ -59,6 +59,8 @@ def run(
       genotype: of the one walker.
       heights: of the terrains, m.
     """
+    # JAX keeps what it traced with 32 bits for an engine, and takes it for the 64 bits here.
+    jax.clear_caches()
     walkers, trials = _begin(env, heights)
     with jax.enable_x64(True), jax.default_device(jax.devices("cpu")[0]):
         double: Any = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), genotype)

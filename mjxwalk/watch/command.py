@@ -39,6 +39,8 @@ class Watch:
       seconds: after which the recording ends.
       out: the page; RUN/watch.html of a run, NAME.html of the zoo.
       open: whether to open it in a browser.
+      video: film of one walker to write in place of the page, .mp4 or .gif, drawn by MuJoCo.
+      viewer: whether to show one walker in MuJoCo's own window in place of the page.
     """
 
     source: Source
@@ -50,6 +52,8 @@ class Watch:
     seconds: float = 60.0
     out: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     open: bool = False
+    video: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    viewer: bool = False
 
     def run(self) -> int:
         """Writes the page, says where, and returns the exit code.
@@ -58,6 +62,8 @@ class Watch:
           RunError: an argument is wrong, or there is no such walker.
         """
         self._check()
+        if self.video is not None or self.viewer:
+            return self._draw()
         out = self.out or self._default()
         _check_writable(out)
         from mjxwalk import engines
@@ -101,6 +107,44 @@ class Watch:
         if not (math.isfinite(self.seconds) and 0.1 <= self.seconds <= MAX_SECONDS):
             raise RunError(f"--seconds must be from 0.1 to {MAX_SECONDS:g}, got {self.seconds}")
         walkers.check(self.source)
+        self._check_drawing()
+
+    def _check_drawing(self) -> None:
+        """Finds out before any work whether MuJoCo can draw, if it is to."""
+        if self.video is None and not self.viewer:
+            return
+        from mjxwalk import video
+
+        flag = "--viewer" if self.video is None else "--video"
+        if self.walkers is not None or self.champions is not None:
+            raise RunError(f"{flag} shows one walker; leave out --walkers and --champions")
+        if self.out is not None or self.open:
+            raise RunError(f"{flag} takes the place of the page; leave out --out and --open")
+        if self.viewer:
+            video.check_screen()
+        if self.video is not None:
+            video.check(self.video)
+
+    def _draw(self) -> int:
+        """Writes the film, opens the window, and returns the exit code."""
+        import jax
+
+        from mjxwalk import engines, video
+
+        engines.prepare()
+        cast = self._on_ground(self._cast())
+        shot = video.Shot(
+            experiment=cast.experiment,
+            genotype=jax.tree.map(lambda leaf: leaf[0], cast.genotypes),
+            terrain_seed=self.terrain_seed,
+            seconds=self.seconds,
+        )
+        if self.video is not None:
+            video.film(shot, self.video)
+            print(self.video)
+        if self.viewer:
+            video.view(shot)
+        return 0
 
     def _default(self) -> Path:
         from mjxwalk import walkers

@@ -1,0 +1,161 @@
+"""Films a walker: mp4 by ffmpeg, gif by Pillow."""
+
+import contextlib
+import dataclasses
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import UInt8
+
+from mjxwalk import replay
+from mjxwalk.envs import Flame, Terrain
+from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.errors import RunError
+from mjxwalk.export import extras
+from mjxwalk.runs import files
+from mjxwalk.video import offscreen, scene
+
+ENDINGS = {".mp4": 50.0, ".gif": 25.0}  # frames a second; gifs count in hundredths of a second
+FOLLOW = 0.02  # of the way to the hip's height that the camera goes in a frame; ours
+Picture = UInt8[np.ndarray, "down across 3"]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Shot:
+    """A walker's trial to be shown.
+
+    Attributes:
+      experiment: whose body, controller and ground it has, as they are.
+      genotype: of the walker.
+      terrain_seed: of the random ground.
+      seconds: after which it ends.
+    """
+
+    experiment: Any
+    genotype: Any
+    terrain_seed: int = 0
+    seconds: float = 10.0
+
+    def walk(self, frames_per_second: float) -> tuple[Any, Any]:
+        """Returns the coordinates in each frame, and the ground's heights, m."""
+        env = self.experiment.env
+        key = jax.random.key(self.terrain_seed)
+        heights = np.asarray(self.experiment.sample_terrains(key, 1))
+        terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
+        recording = replay.record(
+            env,
+            self.experiment.controller,
+            jax.tree.map(lambda leaf: np.asarray(leaf)[None], self.genotype),
+            terrain,
+            duration=min(self.seconds, env.max_time),
+            frames_per_second=frames_per_second,
+        )
+        return np.asarray(recording.states.qpos[:, 0], np.float64), heights[0]
+
+
+def check(path: Path) -> None:
+    """Returns if a film can be made and written; quick, as nothing is drawn yet.
+
+    Raises:
+      RunError: it cannot.
+    """
+    if path.suffix.lower() not in ENDINGS:
+        raise RunError(f"--video must end in {' or '.join(ENDINGS)}, got {path}")
+    if path.is_dir():
+        raise RunError(f"--video {path} is a folder; name a file in it")
+    if not path.parent.is_dir():
+        raise RunError(f"--video {path} is in no folder that is there; make {path.parent} first")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise RunError(f"--video {path} cannot be written: permission denied")
+    if path.suffix.lower() == ".mp4":
+        extras.load("imageio_ffmpeg", "video", "a video as mp4")
+    offscreen.library()
+
+
+def film(shot: Shot, path: Path, *, size: tuple[int, int] = (960, 540)) -> None:
+    """Writes a film; an old one is replaced.
+
+    Args:
+      shot: what to film.
+      path: of the file; its ending says which kind.
+      size: pixels across and down, even numbers.
+
+    Raises:
+      RunError: there is no OpenGL, the body is not known here, or the file cannot be written.
+    """
+    check(path)
+    frames_per_second = ENDINGS[path.suffix.lower()]
+    pictures = draw(shot, frames_per_second, size)
+    unfinished = path.with_name(f".partial-{path.name}")  # ffmpeg goes by the ending
+    write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
+    try:
+        write(unfinished, pictures, frames_per_second, size)
+        unfinished.replace(path)
+    except OSError as error:
+        raise RunError(f"{path} could not be written: {files.describe(error)}") from None
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def draw(shot: Shot, frames_per_second: float, size: tuple[int, int]) -> Iterator[Picture]:
+    """Yields the pictures."""
+    env = shot.experiment.env
+    qpos, heights = shot.walk(frames_per_second)
+    model = scene.build(env, heights, qpos, size)
+    data = mujoco.MjData(model)
+    camera = camera_for(env, model)
+    torso = model.body("torso").id
+    height = None
+    with offscreen.Painter(model, size) as painter:
+        for positions in scene.joint_positions(env, qpos):
+            data.qpos[:] = positions
+            mujoco.mj_forward(model, data)
+            hip = data.xpos[torso]
+            # Along with the hip, but not up and down with every step.
+            height = hip[2] if height is None else height + FOLLOW * (hip[2] - height)
+            camera.lookat[:] = hip[0], hip[1], height
+            yield painter.draw(data, camera)
+
+
+def camera_for(env: Any, model: Any) -> Any:
+    """Returns a `mujoco.MjvCamera` beside and before the walker, which looks at the origin."""
+    camera = mujoco.MjvCamera()
+    mujoco.mjv_defaultFreeCamera(model, camera)
+    camera.azimuth, camera.elevation = 115.0, -12.0
+    camera.distance = 2.4 if isinstance(env, Flame) else 3.6
+    return camera
+
+
+def _write_mp4(
+    path: Path, pictures: Iterator[Picture], frames_per_second: float, size: tuple[int, int]
+) -> None:
+    library = extras.load("imageio_ffmpeg", "video", "a video as mp4")
+    writer = library.write_frames(
+        str(path),
+        size,
+        fps=frames_per_second,
+        codec="libx264",
+        pix_fmt_out="yuv420p",  # what browsers and phones play
+        macro_block_size=2,
+        output_params=["-movflags", "+faststart"],
+        ffmpeg_log_level="error",
+    )
+    with contextlib.closing(writer):
+        writer.send(None)
+        for picture in pictures:
+            writer.send(np.ascontiguousarray(picture))
+
+
+def _write_gif(
+    path: Path, pictures: Iterator[Picture], frames_per_second: float, size: tuple[int, int]
+) -> None:
+    from PIL import Image
+
+    del size  # the pictures have it
+    first, *others = (Image.fromarray(picture).quantize(128) for picture in pictures)
+    milliseconds = round(1000 / frames_per_second)
+    first.save(path, save_all=True, append_images=others, duration=milliseconds, loop=0)

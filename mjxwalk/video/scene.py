@@ -1,0 +1,98 @@
+"""A body on its ground as a MuJoCo model to look at."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from mjxwalk.envs import Flame, Planar7, flame_body, planar7
+from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.errors import RunError
+from mjxwalk.watch import bodies, grounds
+
+COLOURS = {"left": [0.88, 0.48, 0.25, 1.0], "right": [0.25, 0.5, 0.78, 1.0]}
+LEAST_RELIEF = 0.001  # m; a height field of no height at all is refused
+BASE = 0.3  # m of ground below its lowest point
+
+
+def build(env: Any, heights: Float[np.ndarray, "*node"], qpos: Any, size: tuple[int, int]) -> Any:
+    """Returns the model.
+
+    Args:
+      env: body and ground.
+      heights: of the ground's nodes, m.
+      qpos: where the walker gets to [frame, coordinate].
+      size: of the largest picture, pixels across and down.
+
+    Raises:
+      RunError: the body is not known here.
+    """
+    path = {Planar7: planar7.MODEL_PATH, Flame: flame_body.MODEL_PATH}.get(type(env))
+    if path is None:
+        raise RunError(f"a {type(env).__name__} cannot be filmed; Planar7 and Flame can")
+    spec = mujoco.MjSpec.from_file(str(path))
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = size
+    spec.visual.headlight.ambient = [0.35] * 3
+    for geom in spec.geoms:
+        side = next((side for side in COLOURS if geom.parent.name.endswith(side)), None)
+        if side is not None:
+            geom.rgba = COLOURS[side]
+    spec.delete(spec.geom("floor"))
+    _paint(spec)
+    _add_ground(spec, env, heights, np.asarray(qpos)[:, None])
+    return spec.compile()
+
+
+def joint_positions(env: Any, qpos: Any) -> Any:
+    """Returns the model's joint positions of coordinates [frame, coordinate]."""
+    return np.asarray(qpos)[:, list(bodies.layout(env).coordinate)]
+
+
+def _paint(spec: Any) -> None:
+    """Adds a sky, and a checkered ground on which motion can be seen."""
+    texture, builtin = mujoco.mjtTexture, mujoco.mjtBuiltin
+    spec.add_texture(
+        name="sky",
+        type=texture.mjTEXTURE_SKYBOX,
+        builtin=builtin.mjBUILTIN_GRADIENT,
+        rgb1=[0.75, 0.83, 0.92],
+        rgb2=[0.95, 0.96, 0.98],
+        width=64,
+        height=64,
+    )
+    spec.add_texture(
+        name="checkers",
+        type=texture.mjTEXTURE_2D,
+        builtin=builtin.mjBUILTIN_CHECKER,
+        rgb1=[0.80, 0.79, 0.75],
+        rgb2=[0.68, 0.68, 0.64],
+        width=128,
+        height=128,
+    )
+    ground = spec.add_material(name="ground", texrepeat=[2.0, 2.0], texuniform=True)
+    ground.textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = "checkers"
+
+
+def _add_ground(spec: Any, env: Any, heights: Any, qpos: Any) -> None:
+    ground, rows = grounds.around(env.terrain, heights, qpos)
+    if ground.rows == 1:  # the planar body's: a strip with the same heights on both edges
+        rows = np.repeat(rows, 2, axis=0)
+    low, relief = float(rows.min()), max(float(np.ptp(rows)), LEAST_RELIEF)
+    long, wide = ground.spacing * (rows.shape[1] - 1), ground.width
+    middle = ground.y + 0.5 * wide if ground.rows > 1 else 0.0
+    spec.add_hfield(
+        name="ground",
+        nrow=rows.shape[0],
+        ncol=rows.shape[1],
+        size=[0.5 * long, 0.5 * wide, relief, BASE],
+        userdata=((rows - low) / relief).ravel().tolist(),
+    )
+    spec.worldbody.add_geom(
+        name="ground",
+        type=mujoco.mjtGeom.mjGEOM_HFIELD,
+        hfieldname="ground",
+        material="ground",
+        pos=[ground.x + 0.5 * long, middle, low],
+        contype=0,
+        conaffinity=0,
+    )
