@@ -11,6 +11,7 @@ from mjxwalk.report import (
     ran,
     recorded,
     remarks,
+    replayed,
     sources,
     walking,
     winners,
@@ -63,12 +64,14 @@ def build(
         if num_trials
         else "Tables and figures of the gait were left out; --trials 100 makes them."
     )
+    replay = replayed.section(asked, found, seed=seed, say=say)
     return Page(
         title=_title(read),
         lead=_lead(read, asked),
         remarks=tuple(remarks.find(read, variants)),
         sections=(
             ran.section(read),
+            *([replay] if replay else []),
             fitness.section(variants),
             winners.section(asked),
             benchmarks.section(asked),

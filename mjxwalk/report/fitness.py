@@ -8,7 +8,7 @@ import numpy as np
 from mjxwalk.analysis import curves, figures
 from mjxwalk.analysis.curves import Curve, PhaseCurves
 from mjxwalk.envs import Flame
-from mjxwalk.report import drawing
+from mjxwalk.report import drawing, quartiles
 from mjxwalk.report.parts import Picture, Section, count, frame, number
 from mjxwalk.report.sources import Phase
 
@@ -22,6 +22,9 @@ def section(variants: Mapping[str, Sequence[Phase]]) -> Section:
     chain = {name: phases for name, phases in variants.items() if name not in compared}
     parts = [_over_phases(chain)]
     parts += [_compared(name, variants) for name in compared]
+    spread = quartiles.picture(variants)
+    if spread is not None:
+        parts.append(spread)
     text = (
         "Fitness is the distance walked before a fall or the end of the effort that a trial may "
         "cost, on new ground in each generation; so it goes up and down by the luck of the ground."

@@ -8,6 +8,7 @@ import mjxwalk
 from mjxwalk.errors import RunError
 from mjxwalk.report.parts import Page
 from mjxwalk.runs import files
+from mjxwalk.watch import page as watch
 
 FILE = "report.html"
 TEMPLATE = "page.html.jinja"
@@ -23,7 +24,7 @@ def render(page: Page) -> str:
         lstrip_blocks=True,
     )
     template = environment.get_template(TEMPLATE)
-    return template.render(page=page, version=mjxwalk.__version__)
+    return template.render(page=page, version=mjxwalk.__version__, watch=watch)
 
 
 def prepare(folder: Path) -> None:

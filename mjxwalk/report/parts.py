@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from markupsafe import Markup
 
@@ -110,6 +110,28 @@ class Picture:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Replay:
+    """A walker that walks, drawn by the program of `mjxwalk watch`.
+
+    Attributes:
+      name: of it, which no other part has.
+      show: what is shown, as JSON that no text can break out of.
+      series: its numbers, as base64 text.
+      why: the trial ended, for those who cannot see it or print it.
+      data: nothing is written beside the page.
+    """
+
+    name: str
+    show: Markup
+    series: str
+    why: str
+    data: Frame | None = None
+
+
+Part: TypeAlias = Table | Picture | Replay
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Section:
     """A heading and what is under it.
 
@@ -118,14 +140,14 @@ class Section:
       title: its heading.
       texts: paragraphs, first of all.
       commands: to type, after the paragraphs.
-      parts: tables and pictures.
+      parts: tables, pictures and replays.
     """
 
     anchor: str
     title: str
     texts: tuple[str, ...] = ()
     commands: tuple[str, ...] = ()
-    parts: tuple[Table | Picture, ...] = ()
+    parts: tuple[Part, ...] = ()
 
 
 class Remark(NamedTuple):
@@ -159,8 +181,13 @@ class Page:
     references: tuple[str, ...] = ()
 
     @property
-    def parts(self) -> list[Table | Picture]:
-        """All tables and pictures."""
+    def moves(self) -> bool:
+        """Whether there is a replay."""
+        return any(isinstance(part, Replay) for part in self.parts)
+
+    @property
+    def parts(self) -> list[Part]:
+        """All tables, pictures and replays."""
         return [part for section in self.sections for part in section.parts]
 
 

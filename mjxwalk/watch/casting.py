@@ -49,6 +49,11 @@ def best(source: str | Path) -> Cast:
     """
     found = walkers.best(source)
     _check_walks(source, found.experiment)
+    return of_walker(found)
+
+
+def of_walker(found: walkers.Walker) -> Cast:
+    """Returns a walker alone."""
     return Cast(
         source=found.name,
         what=f"{RANKS[found.rank]}, generation {found.generation}",

@@ -15,9 +15,12 @@ from watch.given import PLANAR, SPATIAL, cast, made
 
 from mjxwalk import cli
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.report import page as report
+from mjxwalk.report.parts import Page, Replay, Section
 from mjxwalk.watch import bodies, packing, page
 
 WEB = Path(__file__).parents[2] / "web"
+EVIL = "<script>window.hacked=1</script>"
 PARAMS = [PLANAR, SPATIAL]
 
 
@@ -118,6 +121,31 @@ def test_links_are_drawn_where_mujoco_has_them(opened: Opened, source: str) -> N
     mujoco.mj_kinematics(model, data)
     # The page works in float32, a few metres from its origin.
     np.testing.assert_allclose(ask(tab, "replay.links(0)"), data.xpos[1:], atol=1e-4)
+
+
+def test_a_report_holds_the_replay(browser: Any, source: str, tmp_path: Path) -> None:
+    show, series = made(source)
+    replay = Replay(name="replay", show=page.as_script(show), series=series, why="It walked.")
+    section = Section(anchor="replay", title="The champion walks", parts=(replay,))
+    written = report.render(Page(title=EVIL, lead=(EVIL,), remarks=(), sections=(section,)))
+    path = tmp_path / "report.html"
+    path.write_text(written)
+    opened = browsers.open_page(browser, path)
+    tab = opened.page
+    wait_ready(tab)
+    assert not ask(tab, "replay.playing") and tab.evaluate("window.hacked") is None
+    before = ask(tab, "replay.links(0)[0][0]")
+    tab.get_by_role("button", name="Play").click()
+    wait(tab, "replay.time > 0.3")
+    tab.keyboard.press("End")
+    assert ask(tab, "replay.links(0)[0][0]") > before + 1.0
+    assert opened.complaints == [] and len(opened.requests) == 1
+    tab.context.close()
+
+
+def test_a_report_without_a_replay_lets_nothing_run() -> None:
+    written = report.render(Page(title=EVIL, lead=(), remarks=(), sections=()))
+    assert "script-src" not in written and "<script" not in written
 
 
 def test_it_fits_a_phone_and_obeys_who_wants_no_motion(browser: Any, tmp_path: Path) -> None:

@@ -1,0 +1,60 @@
+"""The best walker of the last phase, as it walks: the page of `mjxwalk watch` inside a report."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+
+from mjxwalk.report.parts import Replay, Section
+from mjxwalk.report.recorded import Recorded
+from mjxwalk.report.sources import Phase
+from mjxwalk.watch import casting, page, recording
+from mjxwalk.watch.casting import Cast
+from mjxwalk.watch.recording import Trial
+
+SECONDS = 20.0  # ours: a dozen strides and more, in some 60 kB
+
+
+def section(
+    variants: Mapping[str, Sequence[Phase]],
+    recorded: Mapping[str, Recorded],
+    *,
+    seed: int,
+    say: Callable[[str], None],
+) -> Section | None:
+    """Returns the replay of the winner that falls least; None where none was recorded.
+
+    Args:
+      variants: by phase, in their order; the last that was recorded is shown.
+      recorded: by phase; which of its winners falls least stands in it.
+      seed: of the terrain.
+      say: is told what begins.
+    """
+    names = [name for name in variants if name in recorded]
+    if not names:
+        return None
+    name = names[-1]
+    say(f"recording a replay of {name}")
+    label = recorded[name].stick.label
+    phase = next(each for each in variants[name] if each.label == label)
+    show, series = recording.perform(_cast(phase), Trial(terrain_seed=seed, seconds=SECONDS))
+    return Section(
+        anchor="replay",
+        title="The champion walks",
+        texts=(
+            "Press play, or turn it with the mouse. It is drawn from the coordinates of a trial on "
+            "new ground; left is blue, right is orange, and the green arrow is the ground's force.",
+        ),
+        commands=(f"mjxwalk watch {phase.run.path}",),
+        parts=(
+            Replay(
+                name="replay",
+                show=page.as_script(show),
+                series=series,
+                why=f"{phase.label}: {show.walkers[0].why}.",
+            ),
+        ),
+    )
+
+
+def _cast(phase: Phase) -> Cast:
+    cast = casting.of_walker(phase.walker)
+    return dataclasses.replace(cast, source=phase.label, experiment=phase.experiment.tried())
