@@ -1,6 +1,7 @@
 """Measures strategies against evosax's and pycma's: time of ask and tell, and what they find."""
 
 import dataclasses
+import importlib.util
 import time
 from collections.abc import Callable
 from typing import Any
@@ -12,11 +13,12 @@ from jaxtyping import Float
 from scipy import stats
 
 from mjxwalk.bench import searches, timing
-from mjxwalk.bench.showing import Section, lines
 from mjxwalk.strategies import Strategy
 
 CONVERGED = 1e-8  # COCO's precision: what is lower counts as equal
-LEVEL = 0.05  # of all comparisons together, by Bonferroni
+LEVEL = 0.05  # of all comparisons together, by Holm
+TIMES = "{:<12}  {:>8}  {:>11}  {:>11}  {:>13}"
+QUALITIES = "{:<12}  {:<13}  {:<23}  {:<7}  {:<23}  {:>7}"
 
 Say = Callable[[str], None]
 
@@ -40,8 +42,8 @@ class Sizes:
     seeds: int
 
 
-FULL = Sizes(population_size=4_096, repeats=9, dimensions=(10, 40), generations=1_000, seeds=20)
-QUICK = Sizes(population_size=4_096, repeats=5, dimensions=(10,), generations=200, seeds=20)
+FULL = Sizes(population_size=4_096, repeats=5, dimensions=(10, 40), generations=1_000, seeds=20)
+QUICK = Sizes(population_size=4_096, repeats=3, dimensions=(10,), generations=200, seeds=20)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -82,37 +84,42 @@ class Comparison:
 
     @property
     def worse(self) -> list[Quality]:
-        """Comparisons that ours lost, significantly."""
-        level = LEVEL / max(1, len(self.qualities))
-        return [quality for quality in self.qualities if quality.p_worse < level]
+        """Comparisons that ours lost, significantly by Holm's procedure."""
+        ordered = sorted(self.qualities, key=lambda quality: quality.p_worse)
+        lost: list[Quality] = []
+        for place, quality in enumerate(ordered):
+            if quality.p_worse >= LEVEL / (len(ordered) - place):
+                break
+            lost.append(quality)
+        return lost
 
 
 def compare(sizes: Sizes, say: Say) -> Comparison:
-    """Returns the comparison; pycma is left out where it is not installed.
+    """Returns the comparison, told row by row; pycma is left out where it is not installed.
 
     Raises:
       ImportError: evosax is not installed.
     """
     pairs = searches.pairs()
-    times: list[Time] = []
+    device = jax.devices()[0]
+    comparison = Comparison(
+        device=f"{device.platform} {device.device_kind}", sizes=sizes, times=[], qualities=[]
+    )
+    for line in head_of_times(comparison):
+        say(line)
     for name, pair in pairs.items():
-        times.append(_time(name, pair, sizes))
-        last = times[-1]
-        say(f"{name}: ask and tell {1e3 * last.ours:.3g} ms, evosax {1e3 * last.evosax:.3g} ms")
-    qualities: list[Quality] = []
+        comparison.times.append(_time(name, pair, sizes))
+        say(row_of_time(comparison.times[-1]))
+    for line in head_of_qualities(comparison):
+        say(line)
     for num_weights in sizes.dimensions:
         for name, pair in pairs.items():
-            found = _search(name, pair, num_weights, sizes)
-            qualities += found
-            least = min(quality.p_worse for quality in found)
-            say(f"{name}: {num_weights} weights searched, least p of being worse {least:.2g}")
-    device = jax.devices()[0]
-    return Comparison(
-        device=f"{device.platform} {device.device_kind}",
-        sizes=sizes,
-        times=times,
-        qualities=qualities,
-    )
+            for quality in _search(name, pair, num_weights, sizes):
+                comparison.qualities.append(quality)
+                say(row_of_quality(quality))
+    for line in remarks(comparison):
+        say(line)
+    return comparison
 
 
 def p_worse(ours: Float[np.ndarray, " seed"], others: Float[np.ndarray, " seed"]) -> float:
@@ -124,57 +131,56 @@ def p_worse(ours: Float[np.ndarray, " seed"], others: Float[np.ndarray, " seed"]
     return float(result.pvalue)
 
 
-def show(comparison: Comparison) -> None:
-    """Prints the comparison."""
-    for section in sections(comparison):
-        for line in lines(section):
-            print(line)
-
-
-def sections(comparison: Comparison) -> list[Section]:
-    """Returns the comparison as tables."""
+def head_of_times(comparison: Comparison) -> list[str]:
+    """Returns the lines above the timings."""
     sizes = comparison.sizes
-    times = [
-        (
-            t.strategy,
-            f"{t.num_weights:,}",
-            f"{1e3 * t.ours:.3g} ms",
-            f"{1e3 * t.evosax:.3g} ms",
-            f"{t.evosax / t.ours:.3g}",
-        )
-        for t in comparison.times
-    ]
-    rows = [
-        (
-            q.strategy,
-            f"{q.function} {q.num_weights}",
-            _three(q.ours),
-            q.other,
-            _three(q.others),
-            f"{q.p_worse:.2g}",
-        )
-        for q in comparison.qualities
-    ]
-    lost = [f"{q.strategy} on {q.function} {q.num_weights}" for q in comparison.worse]
     return [
-        Section(
-            f"ask and tell, population {sizes.population_size:,}, medians of {sizes.repeats} in "
-            f"turn, {comparison.device}",
-            ("strategy", "weights", "ours", "evosax", "evosax / ours"),
-            times,
-            [],
-        ),
-        Section(
-            f"lowest value after {sizes.generations:,} generations, quartiles of {sizes.seeds} "
-            "seeds",
-            ("strategy", "function", "ours", "other", "its", "p worse"),
-            rows,
-            [
-                f"p worse: Mann-Whitney U, one-sided; values below {CONVERGED:g} count as equal",
-                f"significantly worse at {LEVEL:g} over all {len(rows)} comparisons: "
-                f"{', '.join(lost) or 'none'}",
-            ],
-        ),
+        f"ask and tell, population {sizes.population_size:,}, medians of {sizes.repeats} in turn, "
+        f"{comparison.device}",
+        TIMES.format("strategy", "weights", "ours", "evosax", "evosax / ours"),
+    ]
+
+
+def row_of_time(time: Time) -> str:
+    """Returns a timing as a line."""
+    return TIMES.format(
+        time.strategy,
+        f"{time.num_weights:,}",
+        f"{1e3 * time.ours:.3g} ms",
+        f"{1e3 * time.evosax:.3g} ms",
+        f"{time.evosax / time.ours:.3g}",
+    )
+
+
+def head_of_qualities(comparison: Comparison) -> list[str]:
+    """Returns the lines above the searches."""
+    sizes = comparison.sizes
+    return [
+        "",
+        f"lowest value after {sizes.generations:,} generations, quartiles of {sizes.seeds} seeds",
+        QUALITIES.format("strategy", "function", "ours", "other", "its", "p worse"),
+    ]
+
+
+def row_of_quality(quality: Quality) -> str:
+    """Returns what was found as a line."""
+    return QUALITIES.format(
+        quality.strategy,
+        f"{quality.function} {quality.num_weights}",
+        _three(quality.ours),
+        quality.other,
+        _three(quality.others),
+        f"{quality.p_worse:.2g}",
+    )
+
+
+def remarks(comparison: Comparison) -> list[str]:
+    """Returns the lines below all."""
+    lost = [f"{q.strategy} on {q.function} {q.num_weights}, {q.other}" for q in comparison.worse]
+    return [
+        f"p worse: Mann-Whitney U, one-sided; values below {CONVERGED:g} count as equal",
+        f"significantly worse at {LEVEL:g} over all {len(comparison.qualities)} comparisons, by "
+        f"Holm: {'; '.join(lost) or 'none'}",
     ]
 
 
@@ -216,30 +222,23 @@ def _generations(strategy: Strategy[Any, Any], num_weights: int) -> timing.Conte
 def _search(name: str, pair: searches.Pair, num_weights: int, sizes: Sizes) -> list[Quality]:
     size = searches.usual_population(num_weights)
     starts = searches.start_points(sizes.seeds, num_weights)
-    found: list[Quality] = []
-    for function_name, function in searches.FUNCTIONS.items():
-        ours = searches.lowest(pair.ours(size), function, starts, sizes.generations)
-        theirs = pair.theirs(size, num_weights)
-        others = {"evosax": searches.lowest(theirs, function, starts, sizes.generations)}
-        if name == "cma-es":
-            try:
-                values = searches.lowest_of_pycma(function, starts, sizes.generations)
-                others["pycma"] = values
-            except ImportError:
-                pass
-        found += [
-            Quality(
-                strategy=name,
-                function=function_name,
-                num_weights=num_weights,
-                other=who,
-                ours=_quartiles(ours),
-                others=_quartiles(values),
-                p_worse=p_worse(ours, values),
-            )
-            for who, values in others.items()
-        ]
-    return found
+    ours = searches.lowest(pair.ours(size), starts, sizes.generations)
+    others = {"evosax": searches.lowest(pair.theirs(size, num_weights), starts, sizes.generations)}
+    if name == "cma-es" and importlib.util.find_spec("cma") is not None:
+        others["pycma"] = searches.lowest_of_pycma(starts, sizes.generations)
+    return [
+        Quality(
+            strategy=name,
+            function=function,
+            num_weights=num_weights,
+            other=who,
+            ours=_quartiles(ours[function]),
+            others=_quartiles(found[function]),
+            p_worse=p_worse(ours[function], found[function]),
+        )
+        for function in searches.FUNCTIONS
+        for who, found in others.items()
+    ]
 
 
 def _quartiles(values: Float[np.ndarray, " seed"]) -> tuple[float, float, float]:
@@ -248,13 +247,12 @@ def _quartiles(values: Float[np.ndarray, " seed"]) -> tuple[float, float, float]
 
 
 def measure_and_show(quick: bool, say: Say) -> dict[str, Any]:
-    """Compares, prints, and returns the numbers as JSON.
+    """Compares, tells row by row, and returns the numbers as JSON.
 
     Raises:
       ImportError: evosax is not installed.
     """
     started = time.perf_counter()
     comparison = compare(QUICK if quick else FULL, say)
-    show(comparison)
     say(f"took {time.perf_counter() - started:.0f} s")
     return dataclasses.asdict(comparison)

@@ -132,19 +132,16 @@ def start_points(seeds: int, num_weights: int) -> Float[Array, "seed dim"]:
 
 
 def lowest(
-    strategy: Strategy[Any, Any],
-    function: Function,
-    starts: Float[Array, "seed dim"],
-    generations: int,
-) -> Float[np.ndarray, " seed"]:
-    """Returns the lowest value that each search finds."""
+    strategy: Strategy[Any, Any], starts: Float[Array, "seed dim"], generations: int
+) -> dict[str, Float[np.ndarray, " seed"]]:
+    """Returns the lowest value of each function that each search finds."""
 
-    def run(key: PRNGKeyArray, start: Float[Array, " dim"]) -> Float[Array, ""]:
+    def run(key: PRNGKeyArray, start: Float[Array, " dim"], which: Any) -> Float[Array, ""]:
         def generation(carry: Any, key: PRNGKeyArray) -> tuple[Any, None]:
             state, best = carry
             key_ask, key_tell = jax.random.split(key)
             population, state = strategy.ask(key_ask, state)
-            cost = function(population)
+            cost = jnp.stack([function(population) for function in FUNCTIONS.values()])[which]
             state, _ = strategy.tell(key_tell, population, -cost, state)
             known = jnp.where(jnp.isnan(cost), jnp.inf, cost)
             return (state, jnp.minimum(best, jnp.min(known))), None
@@ -154,13 +151,17 @@ def lowest(
         keys = jax.random.split(key_run, generations)
         return jax.lax.scan(generation, begin, keys)[0][1]
 
+    # All functions in one program, which takes longer to compile than to run.
+    over_seeds = jax.vmap(run, in_axes=(0, 0, None))
+    over_all = jax.jit(jax.vmap(over_seeds, in_axes=(None, None, 0)))
     keys = jax.random.split(jax.random.key(0), starts.shape[0])
-    return np.asarray(jax.jit(jax.vmap(run))(keys, starts), np.float64)
+    found = np.asarray(over_all(keys, starts, jnp.arange(len(FUNCTIONS))), np.float64)
+    return dict(zip(FUNCTIONS, found, strict=True))
 
 
 def lowest_of_pycma(
-    function: Function, starts: Float[Array, "seed dim"], generations: int
-) -> Float[np.ndarray, " seed"]:
+    starts: Float[Array, "seed dim"], generations: int
+) -> dict[str, Float[np.ndarray, " seed"]]:
     """Returns the same of CMA-ES by its author, in double precision.
 
     Raises:
@@ -169,18 +170,21 @@ def lowest_of_pycma(
     import cma  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
 
     package: Any = cma
-    evaluate = jax.jit(function)
-    found: list[float] = []
-    for seed, start in enumerate(np.asarray(starts, np.float64)):
-        options = {
-            "popsize": usual_population(start.size),
-            "seed": seed + 1,
-            "verbose": -9,
-            "maxiter": generations,
-        }
-        search = package.CMAEvolutionStrategy(start, SIGMA, options)
-        while not search.stop():
-            asked = search.ask()
-            search.tell(asked, np.asarray(evaluate(jnp.asarray(np.array(asked)))).tolist())
-        found.append(float(search.best.f))
-    return np.array(found)
+    found: dict[str, Float[np.ndarray, " seed"]] = {}
+    for name, function in FUNCTIONS.items():
+        evaluate = jax.jit(function)
+        values: list[float] = []
+        for seed, start in enumerate(np.asarray(starts, np.float64)):
+            options = {
+                "popsize": usual_population(start.size),
+                "seed": seed + 1,
+                "verbose": -9,
+                "maxiter": generations,
+            }
+            search = package.CMAEvolutionStrategy(start, SIGMA, options)
+            while not search.stop():
+                asked = search.ask()
+                search.tell(asked, np.asarray(evaluate(jnp.asarray(np.array(asked)))).tolist())
+            values.append(float(search.best.f))
+        found[name] = np.array(values)
+    return found

@@ -1,8 +1,10 @@
 """Tests of how strategies are compared, on figures that are made up."""
 
 import numpy as np
+import pytest
 
-from mjxwalk.bench import comparing
+from mjxwalk import strategies
+from mjxwalk.bench import comparing, searches
 from mjxwalk.bench.comparing import Comparison, Quality, Time
 
 WORSE, SAME = 1e-6, 0.4
@@ -28,13 +30,48 @@ def test_higher_values_are_worse_and_converged_ones_equal():
     assert comparing.p_worse(np.full(20, np.nan), low) < 1e-6
 
 
-def test_what_is_worse_is_named_beside_the_times():
-    comparison = Comparison(
-        device="cpu",
-        sizes=comparing.QUICK,
-        times=[Time(strategy="snes", num_weights=1_000, ours=0.1, evosax=0.25)],
-        qualities=[_quality("snes", SAME), _quality("xnes", WORSE)],
+def _comparison(*qualities: Quality) -> Comparison:
+    return Comparison(device="cpu", sizes=comparing.QUICK, times=[], qualities=list(qualities))
+
+
+def test_what_is_worse_is_named():
+    shown = comparing.remarks(_comparison(_quality("snes", SAME), _quality("xnes", WORSE)))
+    assert shown[-1].endswith("2 comparisons, by Holm: xnes on sphere 10, evosax")
+
+
+def test_holms_procedure_asks_less_of_each_that_follows():
+    # Levels are 0.05 / 3, 0.05 / 2 and 0.05: Bonferroni would keep only the first.
+    lost = _comparison(_quality("a", 0.01), _quality("b", 0.06), _quality("c", 0.02)).worse
+    assert [quality.strategy for quality in lost] == ["a", "c"]
+    assert not _comparison(_quality("a", 0.02), _quality("b", 0.03), _quality("c", 0.03)).worse
+
+
+def test_rows_stand_below_their_heads():
+    head = comparing.head_of_times(_comparison())[-1]
+    row = comparing.row_of_time(Time(strategy="snes", num_weights=1_000, ours=0.1, evosax=0.25))
+    assert row.split() == ["snes", "1,000", "100", "ms", "250", "ms", "2.5"]
+    assert len(row) == len(head)
+    head = comparing.head_of_qualities(_comparison())[-1]
+    row = comparing.row_of_quality(_quality("snes", SAME))
+    assert row.index("1.0e+00") == head.index("ours") and len(row) == len(head)
+
+
+def test_each_row_is_told_as_it_comes_and_searches_find_the_lowest(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    pair = searches.Pair(
+        lambda size: strategies.snes(population_size=size, sigma=1.0),
+        lambda size, num_weights: strategies.snes(population_size=size, sigma=1.0),
+        num_weights=3,
     )
-    times, qualities = comparing.sections(comparison)
-    assert times.rows == [("snes", "1,000", "100 ms", "250 ms", "2.5")]
-    assert qualities.remarks[-1].endswith("2 comparisons: xnes on sphere 10")
+    monkeypatch.setattr(searches, "pairs", lambda: {"snes": pair})
+    sizes = comparing.Sizes(population_size=8, repeats=1, dimensions=(2,), generations=60, seeds=3)
+    told: list[str] = []
+    found = comparing.compare(sizes, told.append)
+    assert [line.split()[1] for line in told if line.startswith("snes")] == [
+        "3",
+        *searches.FUNCTIONS,
+    ]
+    # The same on either side, from the same seeds.
+    assert all(quality.p_worse == 1.0 for quality in found.qualities)
+    assert found.qualities[0].function == "sphere" and found.qualities[0].ours[2] < 0.01
