@@ -89,6 +89,7 @@ class Painter:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._drawing)
         self._scene = mujoco.MjvScene(model, maxgeom=1000)
         self._options = mujoco.MjvOption()
+        self._options.sitegroup[:] = 0  # the planar body's lie between its feet, as drawn
 
     def __enter__(self) -> "Painter":
         return self

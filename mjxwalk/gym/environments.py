@@ -1,0 +1,216 @@
+"""The walking task for gymnasium, one walker or many at once."""
+
+import functools
+from typing import Any
+
+import gymnasium
+import jax
+import jax.numpy as jnp
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+
+from mjxwalk.envs import Flame, Planar7
+from mjxwalk.gym.mjx_env import MjxEnv, State
+
+KINDS = {"Planar7": Planar7, "Flame": Flame}
+RENDER_SIZE = (480, 360)
+
+
+def make_task(body: str, env: Any) -> MjxEnv:
+    """Returns the task of a body by name, or of an environment of ours with settings of its own.
+
+    Raises:
+      ValueError: there is no such body.
+    """
+    if body not in KINDS:
+        raise ValueError(f"body must be one of {', '.join(KINDS)}, got {body!r}")
+    return MjxEnv(KINDS[body]() if env is None else env)
+
+
+@functools.lru_cache(maxsize=8)
+def _compiled(env: Any) -> tuple[Any, Any]:
+    """Returns reset and step, compiled once for all environments of one body and its settings."""
+    task = MjxEnv(env)
+    return jax.jit(task.reset), jax.jit(task.step)
+
+
+def _spaces(task: MjxEnv) -> tuple[spaces.Box, spaces.Box]:
+    """Returns what a policy sees, and what it does."""
+    seen = spaces.Box(-np.inf, np.inf, (task.observation_size,), np.float32)
+    return seen, spaces.Box(-1.0, 1.0, (task.action_size,), np.float32)
+
+
+class WalkerEnv(gymnasium.Env[Any, Any]):
+    """One walker; every reset gives it a new terrain. The return is the distance, m."""
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 100}
+
+    def __init__(
+        self, body: str = "Planar7", env: Any = None, render_mode: str | None = None
+    ) -> None:
+        """Makes the environment.
+
+        Args:
+          body: "Planar7" or "Flame".
+          env: one of these with other settings, such as a rougher terrain; None for the usual.
+          render_mode: "rgb_array" or None.
+
+        Raises:
+          ValueError: there is no such body or mode.
+        """
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f"render_mode must be rgb_array or None, got {render_mode!r}")
+        self.task = make_task(body, env)
+        self.render_mode = render_mode
+        self.observation_space, self.action_space = _spaces(self.task)
+        self._reset, self._step = _compiled(self.task.env)
+        self._state: State | None = None
+        self._painter: Any = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Returns what the walker sees at the start, and nothing else to know."""
+        super().reset(seed=seed)
+        del options
+        state = self._reset(jax.random.key(int(self.np_random.integers(2**31))))
+        self._state = state
+        return np.array(state.obs), {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Returns what it sees, its reward, whether it fell, whether its trial is over otherwise.
+
+        Raises:
+          RuntimeError: it was not reset before.
+        """
+        if self._state is None:
+            raise RuntimeError("call reset before step")
+        state = self._step(self._state, jnp.asarray(action, jnp.float32))
+        self._state = state
+        fell, done = bool(state.data.fell), bool(state.done)
+        told = {name: float(value) for name, value in state.metrics.items()}
+        return np.array(state.obs), float(state.reward), fell, done and not fell, told
+
+    def render(self) -> Any:
+        """Returns a picture, None without a render mode."""
+        if self.render_mode is None or self._state is None:
+            return None
+        from mjxwalk.video.still import Still
+
+        data, info = self._state.data, self._state.info
+        if self._painter is None:
+            self._painter = Still(self.task.env, RENDER_SIZE)
+        heights = np.asarray(info["terrain"])[int(info["row"])]
+        return self._painter.picture(heights, np.asarray(data.qpos, np.float64))
+
+    def close(self) -> None:
+        """Gives the pictures' OpenGL back."""
+        if self._painter is not None:
+            self._painter.close()
+            self._painter = None
+
+
+class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
+    """Many walkers in one compiled step; who is done starts anew on its next step."""
+
+    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        body: str = "Planar7",
+        env: Any = None,
+        num_terrains: int = 64,
+        render_mode: str | None = None,
+    ) -> None:
+        """Makes the environment.
+
+        Args:
+          num_envs: walkers.
+          body: as for `WalkerEnv`.
+          env: likewise.
+          num_terrains: that they walk on; each trial takes one of them.
+          render_mode: None, as many cannot be drawn.
+
+        Raises:
+          ValueError: there is no such body or mode, or a number is below 1.
+        """
+        if min(num_envs, num_terrains) < 1:
+            raise ValueError(
+                f"num_envs and num_terrains must be at least 1, got {num_envs} and {num_terrains}"
+            )
+        if render_mode is not None:
+            raise ValueError(f"render_mode must be None of many walkers, got {render_mode!r}")
+        self.task = make_task(body, env)
+        self.num_envs = num_envs
+        self.render_mode = None
+        self.single_observation_space, self.single_action_space = _spaces(self.task)
+        batch = gymnasium.vector.utils.batch_space
+        self.observation_space = batch(self.single_observation_space, num_envs)
+        self.action_space = batch(self.single_action_space, num_envs)
+        self._num_terrains = num_terrains
+        self._compiled_step = jax.jit(self._advance)
+        self._heights: Any = None
+        self._key: Any = None
+        self._datas: Any = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Returns what all walkers see at the start, on new terrains."""
+        super().reset(seed=seed)
+        del options
+        self._key, key_terrain = jax.random.split(
+            jax.random.key(int(self.np_random.integers(2**31)))
+        )
+        self._heights = self.task.env.terrain.sample(key_terrain, self._num_terrains)
+        self._key, key = jax.random.split(self._key)
+        self._datas, obs = jax.jit(self._started)(key, self._heights)
+        return np.array(obs), {}
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Returns what all see, rewards, who fell, whose trial is over otherwise, and figures.
+
+        Raises:
+          RuntimeError: it was not reset before.
+        """
+        if self._datas is None:
+            raise RuntimeError("call reset before step")
+        self._key, key = jax.random.split(self._key)
+        self._datas, found = self._compiled_step(
+            self._datas, jnp.asarray(actions, jnp.float32), key, self._heights
+        )
+        obs, reward, fell, done, metrics = jax.tree.map(np.array, found)
+        known = {f"_{name}": np.ones(self.num_envs, bool) for name in metrics}
+        return obs, reward.astype(np.float64), fell, done & ~fell, metrics | known
+
+    def _started(self, key: Any, heights: Any) -> tuple[Any, Any]:
+        rows = jax.random.randint(key, (self.num_envs,), 0, self._num_terrains)
+
+        def begin(row: Any) -> tuple[Any, Any]:
+            state = self.task.begin(heights, row, key)
+            return (state.data, row), state.obs
+
+        return jax.vmap(begin)(rows)
+
+    def _advance(self, datas: Any, actions: Any, key: Any, heights: Any) -> tuple[Any, Any]:
+        anew, _ = self._started(key, heights)
+
+        def one(old: Any, new: Any, action: Any) -> tuple[Any, Any]:
+            was_done = old[0].done
+            data, row = jax.tree.map(lambda a, b: jnp.where(was_done, b, a), old, new)
+            begun = self.task.begin(heights, row, key).replace(data=data)
+            after = self.task.step(begun, action)
+            # A walker that starts anew does nothing in this step, whatever it is told.
+            kept = jax.tree.map(lambda a, b: jnp.where(was_done, a, b), data, after.data)
+            reward = jnp.where(was_done, 0.0, after.reward)
+            return (kept, row), (
+                self.task.observe(kept),
+                reward,
+                kept.fell,
+                kept.done,
+                {"distance_m": kept.qpos[0], "torque_cost": kept.torque_cost},
+            )
+
+        return jax.vmap(one)(datas, anew, actions)

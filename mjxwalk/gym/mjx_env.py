@@ -1,0 +1,181 @@
+"""A walking task with the interface of MuJoCo Playground's environments.
+
+Playground is not needed for it. `reset` and `step` are pure functions for one walker; the caller
+maps, compiles and resets, as Brax's wrappers for training do. Our own physics moves the body.
+"""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, PRNGKeyArray
+
+from mjxwalk.envs import Action, Flame, Planar7, Terrain, flame_body, planar7
+from mjxwalk.watch import bodies
+
+CONTROL_SECONDS = 0.01  # ours: a hundred decisions a second, as is usual for walking robots
+# Torque for an action of one, N m; ours, as the linear controllers are limited to.
+LARGEST_TORQUE = {
+    Planar7: np.full(6, 300.0, np.float32),
+    Flame: np.array([60.0, *[80.0, 60.0, 20.0] * 2], np.float32),
+}
+JOINT_DAMPING = {Planar7: 2.0, Flame: 0.2}  # N m s/rad; ours: tames random torques
+RATE_SCALE = 0.1  # of rates in an observation, s/rad; ours
+
+
+class State(NamedTuple):
+    """Where an environment is, as Playground has it.
+
+    Attributes:
+      data: state of our body; the terrain under it comes along in `info`.
+      obs: what the policy sees.
+      reward: of the last step, m: how much farther the hip is.
+      done: 1.0 if the trial is over, else 0.0.
+      metrics: figures to log.
+      info: all else; "terrain" is the table of heights, "key" a random key.
+    """
+
+    data: Any
+    obs: Float[Array, " obs"]
+    reward: Float[Array, ""]
+    done: Float[Array, ""]
+    metrics: dict[str, Array]
+    info: dict[str, Any]
+
+    def replace(self, **changes: Any) -> "State":
+        """Returns the state with fields changed."""
+        return self._replace(**changes)
+
+
+class MjxEnv:
+    """A body that is to walk as far as it can, by torques from -1 to 1.
+
+    The sum of all rewards is the distance that we evolve walkers for.
+    """
+
+    def __init__(self, env: Planar7 | Flame | None = None, *, ctrl_dt: float = CONTROL_SECONDS):
+        """Makes the task.
+
+        Args:
+          env: body, ground and rules of the trials; None for `Planar7` as it is.
+          ctrl_dt: from one action to the next, s.
+
+        Raises:
+          ValueError: the body is not known here, or the time is shorter than a physics step.
+        """
+        env = Planar7() if env is None else env
+        if type(env) not in LARGEST_TORQUE:
+            known = " and ".join(kind.__name__ for kind in LARGEST_TORQUE)
+            raise ValueError(f"env must be one of {known}, got {type(env).__name__}")
+        if round(ctrl_dt / env.timestep) < 1:
+            raise ValueError(f"ctrl_dt must be at least a step of {env.timestep} s, got {ctrl_dt}")
+        self.env: Any = env
+        self._substeps = round(ctrl_dt / env.timestep)
+        self._torque = LARGEST_TORQUE[type(env)]
+        self._damping = np.full(len(self._torque), JOINT_DAMPING[type(env)], np.float32)
+
+    def reset(self, rng: PRNGKeyArray) -> State:
+        """Returns a walker at the start of a trial on a terrain of its own."""
+        key, key_terrain = jax.random.split(rng)
+        return self.begin(self.env.terrain.sample(key_terrain, 1), jnp.zeros((), jnp.int32), key)
+
+    def begin(self, heights: Float[Array, " terrain *node"], row: Array, key: Any) -> State:
+        """Returns a walker at the start of a trial on a terrain of a table that walkers share."""
+        data = self.env.reset(Terrain(heights, row))
+        zero = jnp.zeros(())
+        metrics = {"distance_m": data.qpos[0], "torque_cost": zero, "fell": zero}
+        info = {"terrain": heights, "row": row, "key": key}
+        return State(
+            data=data, obs=self.observe(data), reward=zero, done=zero, metrics=metrics, info=info
+        )
+
+    def step(self, state: State, action: Float[Array, " motor"]) -> State:
+        """Returns the walker after one action, which lasts for several steps of the physics."""
+        ground = Terrain(state.info["terrain"], state.info["row"])
+        nothing = jnp.zeros_like(action)
+        torque = jnp.asarray(self._torque) * jnp.clip(action, -1.0, 1.0)
+        given = Action(torque, nothing, nothing, jnp.asarray(self._damping))
+
+        def substep(_: Any, data: Any) -> Any:
+            after = self.env.step(data, given, ground)
+            # Who has fallen lies where it fell.
+            return jax.tree.map(lambda old, new: jnp.where(data.done, old, new), data, after)
+
+        data = jax.lax.fori_loop(0, self._substeps, substep, state.data)
+        metrics = {
+            "distance_m": data.qpos[0],
+            "torque_cost": data.torque_cost,
+            "fell": data.fell.astype(jnp.float32),
+        }
+        return state.replace(
+            data=data,
+            obs=self.observe(data),
+            reward=data.qpos[0] - state.data.qpos[0],
+            done=data.done.astype(jnp.float32),
+            metrics=state.metrics | metrics,
+        )
+
+    def observe(self, data: Any) -> Float[Array, " obs"]:
+        """Returns angles, scaled rates, velocity of the hip, contacts, and where the ankles are.
+
+        Neither the time nor the place, so that what is learned holds for ever and everywhere.
+        """
+        slides = 2 if isinstance(self.env, Planar7) else 3
+        seen = self.env.observe(data)
+        return jnp.concatenate(
+            [
+                data.qpos[slides:],
+                RATE_SCALE * data.qvel[slides:],
+                data.qvel[:slides],
+                seen.contact.astype(jnp.float32),
+                seen.ankle_x,
+            ]
+        )
+
+    @property
+    def xml_path(self) -> str:
+        """The body's file."""
+        planar = isinstance(self.env, Planar7)
+        return str(planar7.MODEL_PATH if planar else flame_body.MODEL_PATH)
+
+    @property
+    def action_size(self) -> int:
+        """Motors; `motor_names` of `mjxwalk.export.contract` tells which."""
+        return len(bodies.layout(self.env).motors)
+
+    @property
+    def observation_size(self) -> int:
+        """Numbers that the policy sees."""
+        coordinates = 9 if isinstance(self.env, Planar7) else 15
+        return 2 * coordinates - (2 if isinstance(self.env, Planar7) else 3) + 4
+
+    @property
+    def mj_model(self) -> Any:
+        """The `mujoco.MjModel`."""
+        return self.env.model.mujoco
+
+    @property
+    def mjx_model(self) -> Any:
+        """The `mjx.Model`."""
+        return self.env.model.mjx
+
+    @property
+    def dt(self) -> float:
+        """From one action to the next, s."""
+        return self._substeps * self.env.timestep
+
+    @property
+    def sim_dt(self) -> float:
+        """Of the physics, s."""
+        return self.env.timestep
+
+    @property
+    def n_substeps(self) -> int:
+        """Steps of the physics in one of the environment."""
+        return self._substeps
+
+    @property
+    def unwrapped(self) -> "MjxEnv":
+        """Itself."""
+        return self
