@@ -17,6 +17,7 @@ from mjxwalk.cli.parsing import (
     RunFolder,
 )
 from mjxwalk.errors import Interrupted, RunError, near
+from mjxwalk.watch.following import Following
 
 if TYPE_CHECKING:
     from mjxwalk.cli.interrupt import Interrupt
@@ -26,7 +27,7 @@ Job = Callable[["Progress", "Interrupt"], None]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Evolve:
+class Evolve(Following):
     """Evolve walkers, in a folder of their own.
 
     Attributes:
@@ -84,7 +85,8 @@ class Evolve:
         path = self.out or folder.default_path(self.experiment, self.seed)
         folder.check_free(path)
         is_study = self.experiment in experiments.studies()
-        return _work(path, self._evolve_study(path) if is_study else self._evolve_run(path))
+        job = self._evolve_study(path) if is_study else self._evolve_run(path)
+        return _work(path, job, self)
 
     def _evolve_run(self, path: Path) -> Job:
         def job(progress: "Progress", interrupt: "Interrupt") -> None:
@@ -107,6 +109,7 @@ class Evolve:
 
     def _check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""
+        self.check_following()
         known = [*experiments.names(), *experiments.studies()]
         if self.experiment not in known:
             raise RunError(f"unknown experiment {self.experiment!r}{near(self.experiment, known)}")
@@ -141,7 +144,7 @@ class Evolve:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Resume:
+class Resume(Following):
     """Go on with what was stopped, killed or out of disk, to the same bits.
 
     Attributes:
@@ -159,6 +162,7 @@ class Resume:
         from mjxwalk.runs import folder, study
         from mjxwalk.sweep import command, plan
 
+        self.check_following()
         path = self.run_folder
         if plan.is_sweep(path):
             return command.go_on(path, plan.read(path))
@@ -172,15 +176,15 @@ class Resume:
             go_on: Any = runner.resume_study if is_study else runner.resume
             go_on(path, progress, interrupt.requested)
 
-        return _work(path, job)
+        return _work(path, job, self)
 
 
-def _work(path: Path, job: Job) -> int:
+def _work(path: Path, job: Job, following: Following) -> int:
     """Does what takes long in a terminal, and says how to go on if it is stopped."""
     from mjxwalk.cli.interrupt import Interrupt
     from mjxwalk.progress import make_progress
 
-    progress = make_progress()
+    progress = following.followed(make_progress())
     with Interrupt(progress.say) as interrupt:
         try:
             from mjxwalk import engines

@@ -16,8 +16,14 @@ TEMPLATE = "page.html.jinja"
 BUNDLE = Path(__file__).parent / "bundle"  # made by web/build.mjs
 
 
-def render(show: Show, series: str) -> str:
-    """Returns the HTML; what texts hold is never taken as HTML."""
+def render(show: Show, series: str, *, live: int | None = None) -> str:
+    """Returns the HTML; what texts hold is never taken as HTML.
+
+    Args:
+      show: what is shown.
+      series: its numbers.
+      live: number of the recording, of a page that asks its server for those after it.
+    """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
@@ -31,7 +37,8 @@ def render(show: Show, series: str) -> str:
         series=Markup(series),
         program=Markup(program()),
         style=Markup(style()),
-        policy=f"script-src {script_hash()}",
+        policy=f"script-src {script_hash()}" + ("; connect-src 'self'" if live is not None else ""),
+        live=live,
         version=mjxwalk.__version__,
     )
 

@@ -26,6 +26,9 @@ export class App {
   private chosen = 0;
   private before = 0;
   private drawn = NaN;
+  private gone = false;
+  private readonly quit = new AbortController();
+  private readonly made: HTMLElement[];
 
   constructor(
     private readonly place: HTMLElement,
@@ -57,10 +60,9 @@ export class App {
     const title = make("header", {}, make(alone ? "h1" : "h3", {}, show.title), make("p", {}, show.what));
     const scene = make("div", { class: "scene" });
     const stage = make("div", { class: "stage" }, scene, title, this.numbers.live, this.controls.views);
-    place.append(
-      stage, make("aside", { class: "panels" }, this.numbers.trial, this.plots.element),
-      this.controls.element, help,
-    );
+    const panels = make("aside", { class: "panels" }, this.numbers.trial, this.plots.element);
+    this.made = [stage, panels, this.controls.element, help];
+    place.append(...this.made);
     this.stage = this.makeStage(scene, show, read("heights"), choose);
     this.controls.update();
     this.choose(0);
@@ -70,8 +72,10 @@ export class App {
       frameSeconds: show.frame_s,
       turn: (by) => this.choose((this.chosen + by + this.motions.length) % this.motions.length),
       help: () => help.showModal(),
-    });
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.paint());
+    }, this.quit.signal);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener(
+      "change", () => this.paint(), { signal: this.quit.signal },
+    );
     this.begin();
   }
 
@@ -90,6 +94,18 @@ export class App {
   /** Returns where each link of a walker is now, x, y and z, m. */
   links(walker: number): number[][] {
     return placesOf(this.show.body, this.motions[walker]!, this.time);
+  }
+
+  pause(): void {
+    this.player.pause();
+  }
+
+  /** Takes everything off the page. */
+  leave(): void {
+    this.gone = true;
+    this.quit.abort();
+    this.stage?.dispose();
+    for (const element of this.made) element.remove();
   }
 
   private begin(): void {
@@ -128,6 +144,7 @@ export class App {
   }
 
   private frame(now: number): void {
+    if (this.gone) return;
     // After a pause in another tab, time goes on where it stood.
     const passed = (now - this.before) / 1000;
     const seconds = Math.min(passed, 0.1);

@@ -86,6 +86,13 @@ export class Stage {
     this.stale = true;
   }
 
+  /** Gives the graphics card's memory back. */
+  dispose(): void {
+    this.cameras.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
+  }
+
   choose(walker: number): void {
     this.chosen = walker;
     this.paint();

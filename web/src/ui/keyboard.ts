@@ -30,8 +30,8 @@ export interface Targets {
 }
 
 /** Obeys keys that are pressed in a place. */
-export function listen(place: HTMLElement | Document, targets: Targets): void {
-  place.addEventListener("keydown", (event) => obey(event as KeyboardEvent, targets));
+export function listen(place: HTMLElement | Document, targets: Targets, signal: AbortSignal): void {
+  place.addEventListener("keydown", (event) => obey(event as KeyboardEvent, targets), { signal });
 }
 
 function obey(event: KeyboardEvent, { player, controls, frameSeconds, turn, help }: Targets): void {
