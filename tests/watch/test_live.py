@@ -41,13 +41,9 @@ class Said:
 
 def line(generation: int) -> Metrics:
     figures: dict[str, Any] = dict.fromkeys(Metrics.__struct_fields__, 0.5)
-    return Metrics(
-        **(
-            figures
-            | {"generation": generation, "speed_m_s": None, "physics_steps": 7}
-            | {"strategy": {"sigma": 0.25, "none": None}}
-        )
-    )
+    figures.update(generation=generation, speed_m_s=None, physics_steps=7)
+    figures.update(strategy={"sigma": 0.25, "none": None})
+    return Metrics(**figures)
 
 
 def get(address: str) -> tuple[int, bytes]:
