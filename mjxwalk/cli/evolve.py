@@ -1,15 +1,19 @@
 """`mjxwalk evolve` and `mjxwalk resume`."""
 
 import dataclasses
+import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
 from mjxwalk import experiments
 from mjxwalk.cli.parsing import (
     CountOrAll,
+    NameOrCluster,
+    NumberOrCluster,
     OptionalFloat,
     OptionalInt,
     OptionalName,
@@ -27,7 +31,36 @@ Job = Callable[["Progress", "Interrupt"], None]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Evolve(Following):
+class Together:
+    """Arguments of a run that several processes share, on one machine or many.
+
+    Attributes:
+      distributed: evaluate a part of each population, while the other processes that were given
+        this same command evaluate the others.
+      coordinator: HOST:PORT of the first process; Slurm, Open MPI and TPUs tell it by themselves.
+      processes: how many there are; likewise.
+      process: number of this one, from 0, which writes the run; likewise.
+    """
+
+    distributed: bool = False
+    coordinator: NameOrCluster = None
+    processes: NumberOrCluster = None
+    process: NumberOrCluster = None
+
+    def join(self) -> None:
+        """Waits for the other processes, if there are any.
+
+        Raises:
+          RunError: they cannot be reached.
+        """
+        if self.distributed:
+            from mjxwalk.evolution import team
+
+            team.join(self.coordinator, self.processes, self.process)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Evolve(Together, Following):
     """Evolve walkers, in a folder of their own.
 
     Attributes:
@@ -83,7 +116,8 @@ class Evolve(Following):
         from mjxwalk.runs import folder
 
         path = self.out or folder.default_path(self.experiment, self.seed)
-        folder.check_free(path)
+        if not self.distributed:  # the first of several processes may have made it by now
+            folder.check_free(path)
         is_study = self.experiment in experiments.studies()
         job = self._evolve_study(path) if is_study else self._evolve_run(path)
         return _work(path, job, self)
@@ -94,7 +128,8 @@ class Evolve(Following):
             from mjxwalk.evolution import runner
 
             settings, given = choose_run(self)
-            runner.begin(path, settings, given, progress, interrupt.requested)
+            stopping = interrupt.requested
+            runner.begin(path, settings, given, progress, stopping, is_shared=self.distributed)
 
         return job
 
@@ -127,6 +162,10 @@ class Evolve(Following):
 
     def _check_study(self) -> None:
         phases = ", ".join(experiments.phases(self.experiment))
+        if self.distributed:
+            raise RunError(
+                f"{self.experiment} is a study; --distributed is for one of its phases {phases}"
+            )
         if self.source is not None:
             raise RunError(
                 f"{self.experiment} is a study and starts from zero; --from is for one of its "
@@ -144,7 +183,7 @@ class Evolve(Following):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Resume(Following):
+class Resume(Together, Following):
     """Go on with what was stopped, killed or out of disk, to the same bits.
 
     Attributes:
@@ -169,29 +208,43 @@ class Resume(Following):
         is_study = study.is_study(path)
         if not is_study:
             folder.check_run(path)
+        elif self.distributed:
+            raise RunError(f"{path} is a study; --distributed is for a run")
 
         def job(progress: "Progress", interrupt: "Interrupt") -> None:
             from mjxwalk.evolution import runner
 
-            go_on: Any = runner.resume_study if is_study else runner.resume
-            go_on(path, progress, interrupt.requested)
+            if is_study:
+                runner.resume_study(path, progress, interrupt.requested)
+            else:
+                stopping = interrupt.requested
+                runner.resume(path, progress, stopping, is_shared=self.distributed)
 
         return _work(path, job, self)
 
 
-def _work(path: Path, job: Job, following: Following) -> int:
+def _work(path: Path, job: Job, together: Evolve | Resume) -> int:
     """Does what takes long in a terminal, and says how to go on if it is stopped."""
     from mjxwalk.cli.interrupt import Interrupt
     from mjxwalk.progress import make_progress
 
-    progress = following.followed(make_progress())
-    with Interrupt(progress.say) as interrupt:
+    progress = together.followed(make_progress())
+    # Of several processes one must not leave a generation that the others are in.
+    with Interrupt(progress.say, is_raised=not together.distributed) as interrupt:
         try:
             from mjxwalk import engines
 
             engines.prepare()
+            together.join()
             job(progress, interrupt)
             return 0
+        except RunError as error:
+            if not together.distributed:
+                raise
+            # At once: JAX would wait for processes that are gone, and then end this one with noise.
+            progress.close()
+            print(f"mjxwalk: {' '.join(str(error).split())}", file=sys.stderr, flush=True)
+            os._exit(2)
         except Interrupted as stop:
             progress.close()
             progress.say(f"{stop}; go on with: mjxwalk resume {path}")

@@ -20,7 +20,9 @@ class Interrupt:
       signal: number of the signal that came first; SIGINT if none did.
     """
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, say: Callable[[str], None], *, is_raised: bool = True) -> None:
+        """Args: say: shows a sentence. is_raised: whether more happens than that it is noted."""
+        self._is_raised = is_raised
         self.signal = int(signal.SIGINT)
         self._say = say
         self._requested = False
@@ -50,7 +52,8 @@ class Interrupt:
         self._requested = True
         if first:
             self.signal = number
-            raise KeyboardInterrupt
+            if self._is_raised:
+                raise KeyboardInterrupt
 
     def _watch(self, reader: int) -> None:
         count = 0

@@ -117,6 +117,12 @@ SweepPath: TypeAlias = Annotated[
     Path | None,
     _primitive("PATH", Path, "a folder", none="runs/sweep-EXPERIMENT-GRID"),
 ]
+NameOrCluster: TypeAlias = Annotated[
+    str | None, _primitive("HOST:PORT", str, "a host and a port", none="cluster's")
+]
+NumberOrCluster: TypeAlias = Annotated[
+    int | None, _primitive("INT", int, "a whole number", none="cluster's")
+]
 CoresOrShare: TypeAlias = Annotated[
     int | None, _primitive("INT", int, "a whole number", none="shared-out")
 ]

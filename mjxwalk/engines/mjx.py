@@ -25,7 +25,9 @@ class Mapped:
         self.compile_s = 0.0
         self._fn = fn
         self._in_axes = in_axes
-        self._mesh = jax.make_mesh((len(jax.devices()),), (WALKER,), (AxisType.Auto,))
+        # Of a run that several processes share, each has a part, and its own devices for it.
+        devices = jax.local_devices()
+        self._mesh = jax.make_mesh((len(devices),), (WALKER,), (AxisType.Auto,), devices=devices)
         self._compiled: dict[Any, Callable[..., Any]] = {}
 
     def __call__(self, *args: Any) -> Any:

@@ -46,6 +46,7 @@ def evolve(
     reporter: Reporter,
     stopping: Callable[[], bool] = never,
     make_finer: Callable[[], Trying] | None = None,
+    share: Callable[[RunState], RunState] | None = None,
 ) -> Result:
     """Takes a run to its end, from its newest checkpoint that is whole if it has any.
 
@@ -59,6 +60,7 @@ def evolve(
       reporter: is told of each generation.
       stopping: whether to stop before the next generation.
       make_finer: returns what evaluates the experiment at its goal's finer time step.
+      share: hands the state to go on from to other processes; None where there are none.
 
     Raises:
       ValueError: the goal has fine trials, and `make_finer` is not given.
@@ -67,15 +69,16 @@ def evolve(
     """
     started = time.perf_counter()
     with contextlib.ExitStack() as stack:
-        finer = _ahead(config, make_finer, stack)
+        finer = ahead(config, make_finer, stack)
         evolution = Evolution(config.experiment, evaluator, finer)
         state = _begin(path, evolution, config, reporter)
+        state = state if share is None else share(state)
         checkpoints = stack.enter_context(
             Checkpoints(path / folder.CHECKPOINTS, keep=config.keep, before=(path / metrics.FILE,))
         )
         checkpoints.discard_after(int(state.generation))
         try:
-            while not _ended(state, config):
+            while not ended(state, config):
                 if stopping():
                     raise KeyboardInterrupt
                 # Waiting for the disk is part of the generation after.
@@ -100,7 +103,7 @@ def evolve(
             raise Interrupted(f"stopped after generation {int(state.generation)}") from None
 
 
-def _ahead(
+def ahead(
     config: Config, make: Callable[[], Trying] | None, stack: contextlib.ExitStack
 ) -> Ahead | None:
     """Returns what runs the goal's fine trials, None where there are none."""
@@ -150,7 +153,8 @@ def _begin(path: Path, evolution: Evolution, config: Config, reporter: Reporter)
         ) from None
 
 
-def _ended(state: RunState, config: Config) -> bool:
+def ended(state: RunState, config: Config) -> bool:
+    """Returns whether a run has no generation left."""
     if bool(state.reached) or int(state.generation) >= config.experiment.generations:
         return True
     # A strategy that prunes ends by itself.
@@ -163,7 +167,7 @@ def _record(
     """Adds the generation's line, then starts saving it: a checkpoint never lacks its line."""
     generation = int(state.generation)
     metrics.append(path, line)
-    if generation % config.save_every == 0 or _ended(state, config):
+    if generation % config.save_every == 0 or ended(state, config):
         checkpoints.save(generation, flatten(state))
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from mjxwalk import evaluation, tournament, walkers
-from mjxwalk.evolution import loop, starting
+from mjxwalk.evolution import loop, starting, team
 from mjxwalk.progress import Progress
-from mjxwalk.runs import Config, RunError, config, folder, manifest, result
+from mjxwalk.runs import Config, RunError, config, folder, manifest, result, start
 from mjxwalk.runs import study as studies
 from mjxwalk.runs.start import Start
 from mjxwalk.runs.study import StudyConfig
@@ -26,6 +26,8 @@ def begin(
     given: Start | None,
     progress: Progress,
     stopping: Callable[[], bool],
+    *,
+    is_shared: bool = False,
 ) -> None:
     """Takes a new run to its end.
 
@@ -35,18 +37,33 @@ def begin(
       given: what it starts from; None for zero.
       progress: shows it.
       stopping: whether to stop before the next generation.
+      is_shared: whether other processes, which `team.join` has found, work along.
 
     Raises:
       RunError: the folder is taken, there is no such engine, or a file cannot be written.
       Interrupted: the user stopped it.
     """
     evaluator = _evaluator(settings, settings.engine)
+    if is_shared:
+        evaluator = team.Shared(evaluator)
+        team.check_same(settings)
+        if not team.is_first():
+            team.follow(settings, given, evaluator, stopping, _make_finer(settings, evaluator))
+            return
     folder.create(path, settings, given)
-    _go_on(path, settings, evaluator, progress, stopping)
+    _go_on(path, settings, evaluator, progress, stopping, is_shared)
 
 
-def resume(path: Path, progress: Progress, stopping: Callable[[], bool]) -> None:
+def resume(
+    path: Path, progress: Progress, stopping: Callable[[], bool], *, is_shared: bool = False
+) -> None:
     """Takes a run that was stopped to its end, or says that it is finished.
+
+    Args:
+      path: of its folder, which all processes see.
+      progress: shows it.
+      stopping: whether to stop before the next generation.
+      is_shared: whether other processes, which `team.join` has found, work along.
 
     Raises:
       RunError: the folder holds no run, or it cannot go on.
@@ -55,11 +72,20 @@ def resume(path: Path, progress: Progress, stopping: Callable[[], bool]) -> None
     settings = config.read(path)
     finished = result.read(path)
     if finished is not None:
+        if is_shared and not team.is_first():
+            return
         progress.say(f"{path} is finished")
         progress.finish(path, settings, finished)
         return
     evaluator = _evaluator(settings, manifest.engine(path, settings.engine))
-    _go_on(path, settings, evaluator, progress, stopping)
+    if is_shared:
+        evaluator = team.Shared(evaluator)
+        team.check_same(settings)
+        if not team.is_first():
+            given = None if settings.experiment.start == "zero" else start.read(path)
+            team.follow(settings, given, evaluator, stopping, _make_finer(settings, evaluator))
+            return
+    _go_on(path, settings, evaluator, progress, stopping, is_shared)
 
 
 def begin_study(
@@ -137,18 +163,26 @@ def _evaluator(settings: Config, engine: str) -> Any:
         raise RunError(str(error)) from None
 
 
+def _make_finer(settings: Config, evaluator: Any) -> Callable[[], Any] | None:
+    """Returns what makes the evaluator of the goal's fine trials, None where there are none."""
+    experiment = settings.experiment
+    if not experiment.goal.is_fine:
+        return None
+    finer = experiment.finer(experiment.goal.fine_factor)
+    return functools.partial(evaluation.make_evaluator, finer, evaluator.engine)
+
+
 def _go_on(
     path: Path,
     settings: Config,
     evaluator: Any,
     progress: Progress,
     stopping: Callable[[], bool],
+    is_shared: bool = False,
 ) -> None:
-    experiment = settings.experiment
-    make_finer = None
-    if experiment.goal.is_fine:
-        finer = experiment.finer(experiment.goal.fine_factor)
-        make_finer = functools.partial(evaluation.make_evaluator, finer, evaluator.engine)
+    make_finer = _make_finer(settings, evaluator)
+    share = team.first_of if is_shared else None
+    stopping = team.any_of(stopping) if is_shared else stopping
     with folder.locked(path):
         if not (path / manifest.FILE).exists():
             manifest.write(
@@ -156,7 +190,7 @@ def _go_on(
             )
         progress.start(path, settings, evaluator)
         try:
-            outcome = loop.evolve(path, settings, evaluator, progress, stopping, make_finer)
+            outcome = loop.evolve(path, settings, evaluator, progress, stopping, make_finer, share)
         finally:
             progress.close()
         progress.finish(path, settings, outcome)

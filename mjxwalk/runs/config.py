@@ -91,13 +91,18 @@ def write(folder: Path, config: Config) -> None:
     Raises:
       RunError: the settings would not read back as they are.
     """
-    text = sealing.sealed(_to_file(config))
-    if not _reads_back(text, config):
+    content = text(config)
+    if not _reads_back(content, config):
         raise RunError(
             f"experiment {config.experiment.name} has a setting that JSON cannot hold, so the run "
             "could not be repeated; use finite numbers, texts, lists and tables"
         )
-    files.replace(folder / FILE, text)
+    files.replace(folder / FILE, content)
+
+
+def text(config: Config) -> bytes:
+    """Returns the content of `config.json`."""
+    return sealing.sealed(_to_file(config))
 
 
 def read_data(folder: Path) -> dict[str, Any]:
@@ -148,9 +153,9 @@ def _read_file(folder: Path) -> tuple[_File, bytes]:
         raise RunError(f"{path} cannot be read: {error}") from None
 
 
-def _reads_back(text: bytes, config: Config) -> bool:
+def _reads_back(content: bytes, config: Config) -> bool:
     try:
-        return _from_file(msgspec.json.decode(text, type=_File), config.experiment) == config
+        return _from_file(msgspec.json.decode(content, type=_File), config.experiment) == config
     except RunError:
         return False
 

@@ -59,6 +59,8 @@ class Sweep(Evolve):
         if self.experiment in experiments.studies():
             phases = ", ".join(experiments.phases(self.experiment))
             raise RunError(f"{self.experiment} is a study; sweep one of its phases {phases}")
+        if self.distributed:
+            raise RunError("a sweep gives each run one process; --distributed is for `evolve`")
         for flag in ("cores_per_run", "memory_per_run", "hours"):
             value = getattr(self, flag)
             if value is not None and not 0 < value < float("inf"):
