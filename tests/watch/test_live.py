@@ -9,12 +9,14 @@ from typing import Any
 
 import msgspec
 import pytest
+import toy
 from watch import given
 
-from mjxwalk.runs import Metrics, config
-from mjxwalk.watch import live, tensorboard
-
-NOTHING: Any = None
+from mjxwalk.runs import Config, Metrics, config
+from mjxwalk.watch import bodies, live, recording, tensorboard
+from mjxwalk.watch.casting import Cast
+from mjxwalk.watch.grounds import Ground
+from mjxwalk.watch.recording import Show, Trial
 
 
 class Said:
@@ -51,7 +53,29 @@ def get(address: str) -> tuple[int, bytes]:
         return answer.status, answer.read()
 
 
-def test_the_newest_walker_is_served_on_localhost(tmp_path: Path) -> None:
+def nothing_walks(cast: Cast, trial: Trial) -> tuple[Show, str]:
+    """Stands for the recording, which other tests are of."""
+    del trial
+    ground = Ground(x=0.0, y=0.0, spacing=0.1, rows=1, width=1.0)
+    body = bodies.describe(cast.experiment.env)
+    show = Show(
+        title=cast.source,
+        what=cast.what,
+        facts=(),
+        frame_s=0.02,
+        weight_n=1.0,
+        body=body,
+        ground=ground,
+        walkers=(),
+        series={},
+    )
+    return show, ""
+
+
+def test_the_newest_walker_is_served_on_localhost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recording, "perform", nothing_walks)
     run = tmp_path / "run"
     given.make_run(run)
     inner = Said()
@@ -97,7 +121,7 @@ def test_tensorboard_reads_every_generation(tmp_path: Path) -> None:
     events: Any = pytest.importorskip("tensorboardX.proto.event_pb2")
     inner = Said()
     shown = tensorboard.TensorBoard(inner)
-    shown.start(tmp_path, NOTHING, None)
+    shown.start(tmp_path, Config(experiment=toy.Toy(), seed=0), None)
     for generation in (1, 2):
         shown.generation(line(generation))
     shown.close()
