@@ -11,40 +11,19 @@ import optax
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk import strategies
+from mjxwalk.bench import functions
+from mjxwalk.bench.functions import Function
 from mjxwalk.strategies import Strategy
 
 SIGMA = 1.0  # of generation 0; starts are uniform in a cube of sides 6
 NARROW_SIGMA = 0.1  # of the noise of those that do not adapt it
 LEARNING_RATE = 0.03
 
-Function = Callable[[Float[Array, "pop dim"]], Float[Array, " pop"]]
-
-
-def sphere(x: Float[Array, "pop dim"]) -> Float[Array, " pop"]:
-    """Returns the sum of squares."""
-    return jnp.sum(x**2, axis=1)
-
-
-def rosenbrock(x: Float[Array, "pop dim"]) -> Float[Array, " pop"]:
-    """Returns the height in a bent valley whose lowest point is at one."""
-    return jnp.sum(100 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1 - x[:, :-1]) ** 2, axis=1)
-
-
-def rastrigin(x: Float[Array, "pop dim"]) -> Float[Array, " pop"]:
-    """Returns the sphere with ripples, each of them a local minimum."""
-    return jnp.sum(x**2 - 10 * jnp.cos(2 * jnp.pi * x) + 10, axis=1)
-
-
-def ellipsoid(x: Float[Array, "pop dim"]) -> Float[Array, " pop"]:
-    """Returns the sum of squares weighted from 1 to a million."""
-    return jnp.sum(10.0 ** jnp.linspace(0, 6, x.shape[1]) * x**2, axis=1)
-
-
 FUNCTIONS: Mapping[str, Function] = {
-    "sphere": sphere,
-    "rosenbrock": rosenbrock,
-    "rastrigin": rastrigin,
-    "ellipsoid": ellipsoid,
+    "sphere": functions.sphere,
+    "rosenbrock": functions.rosenbrock,
+    "rastrigin": functions.rastrigin,
+    "ellipsoid": functions.ellipsoid,
 }
 
 
@@ -132,7 +111,10 @@ def start_points(seeds: int, num_weights: int) -> Float[Array, "seed dim"]:
 
 
 def lowest(
-    strategy: Strategy[Any, Any], starts: Float[Array, "seed dim"], generations: int
+    strategy: Strategy[Any, Any],
+    starts: Float[Array, "seed dim"],
+    generations: int,
+    landscapes: Mapping[str, Function] = FUNCTIONS,
 ) -> dict[str, Float[np.ndarray, " seed"]]:
     """Returns the lowest value of each function that each search finds."""
 
@@ -141,7 +123,7 @@ def lowest(
             state, best = carry
             key_ask, key_tell = jax.random.split(key)
             population, state = strategy.ask(key_ask, state)
-            cost = jnp.stack([function(population) for function in FUNCTIONS.values()])[which]
+            cost = jnp.stack([function(population) for function in landscapes.values()])[which]
             state, _ = strategy.tell(key_tell, population, -cost, state)
             known = jnp.where(jnp.isnan(cost), jnp.inf, cost)
             return (state, jnp.minimum(best, jnp.min(known))), None
@@ -155,8 +137,8 @@ def lowest(
     over_seeds = jax.vmap(run, in_axes=(0, 0, None))
     over_all = jax.jit(jax.vmap(over_seeds, in_axes=(None, None, 0)))
     keys = jax.random.split(jax.random.key(0), starts.shape[0])
-    found = np.asarray(over_all(keys, starts, jnp.arange(len(FUNCTIONS))), np.float64)
-    return dict(zip(FUNCTIONS, found, strict=True))
+    found = np.asarray(over_all(keys, starts, jnp.arange(len(landscapes))), np.float64)
+    return dict(zip(landscapes, found, strict=True))
 
 
 def lowest_of_pycma(

@@ -1,0 +1,217 @@
+"""Compares strategies on functions and on walkers: how far each gets for the same effort."""
+
+import dataclasses
+import functools
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjxwalk import cli, experiments
+from mjxwalk.errors import RunError, near
+
+STRATEGIES = ("self-adaptive-ga", "deep-ga", "cma-es", "sep-cma-es", "snes", "pgpe", "openai-es")
+LATEST = 10  # ours: generations whose median best fitness is what walkers have reached
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class CompareStrategies:
+    """Compare strategies on functions and on walkers. What is done is kept, and not done again.
+
+    Attributes:
+      out: folder of the races, the table and the figure.
+      strategies: by name.
+      weights: numbers of weights of the functions.
+      evaluations: of each function.
+      experiments: whose walkers evolve.
+      million_steps: of the physics, in each evolution.
+      population: of the walkers; 0 for the experiment's.
+      seeds: of each strategy on each function and experiment.
+      engine: that runs the walkers.
+    """
+
+    out: Path = Path("strategies")
+    strategies: tuple[str, ...] = STRATEGIES
+    weights: tuple[int, ...] = (10, 40)
+    evaluations: int = 20_000
+    experiments: tuple[str, ...] = ("planar-lpd", "planar-fil")
+    million_steps: float = 200.0
+    population: int = 0
+    seeds: int = 10
+    engine: str = "auto"
+
+    def run(self) -> int:
+        """Races, shows the table, writes table and figure, and returns the exit code.
+
+        Raises:
+          RunError: an argument is wrong, or a file cannot be written.
+        """
+        self._check()
+        from mjxwalk import engines
+
+        engines.prepare()
+        try:
+            self.out.mkdir(parents=True, exist_ok=True)
+            races = self._races()
+            shown = table(races)
+            (self.out / "table.md").write_text(shown)
+            draw(races, self.out / "strategies.png")
+        except (OSError, json.JSONDecodeError) as error:
+            raise RunError(f"{self.out} cannot be used: {error}") from None
+        except ValueError as error:
+            raise RunError(str(error)) from None
+        print(shown, end="")
+        print(f"{self.out / 'table.md'}\n{self.out / 'strategies.png'}")
+        return 0
+
+    def _check(self) -> None:
+        from mjxwalk.strategies import FACTORIES
+
+        for name in self.strategies:
+            if name not in FACTORIES:
+                raise RunError(f"unknown strategy {name!r}{near(name, list(FACTORIES))}")
+        for name in self.experiments:
+            if name not in experiments.names():
+                raise RunError(f"unknown experiment {name!r}{near(name, experiments.names())}")
+        for field in ("evaluations", "seeds", "million_steps"):
+            if getattr(self, field) <= 0:
+                flag = field.replace("_", "-")
+                raise RunError(f"--{flag} must be above 0, got {getattr(self, field)}")
+        if self.population < 0 or self.population % 2:
+            raise RunError(f"--population must be 0 or even, got {self.population}")
+        if any(number < 2 for number in self.weights):
+            raise RunError(f"--weights must all be at least 2, got {min(self.weights)}")
+
+    def _races(self) -> list[Any]:
+        from mjxwalk.bench import races
+
+        done: list[Any] = []
+        for number in self.weights:
+            for name in self.strategies:
+                file = self.out / f"{name}-{number}-{self.evaluations}-{self.seeds}.json"
+                race = functools.partial(
+                    races.on_functions, name, number, self.seeds, self.evaluations
+                )
+                done += _kept(file, race)
+        for task in self.experiments:
+            done += self._walkers(task)
+        return done
+
+    def _walkers(self, task: str) -> list[Any]:
+        from mjxwalk.bench import races
+        from mjxwalk.evaluation import Evaluator
+        from mjxwalk.settings import override
+
+        experiment: Any = experiments.get(task)
+        if self.population:
+            experiment = override(experiment, "population_size", str(self.population))
+        evaluator = Evaluator(experiment, self.engine)
+        done: list[Any] = []
+        for name in self.strategies:
+            chosen = races.with_strategy(experiment, name)
+            kind = f"{name}-{task}-{experiment.population_size}-{self.million_steps:g}"
+            for seed in range(self.seeds):
+                race = functools.partial(
+                    races.on_walkers, chosen, evaluator, seed, self.million_steps
+                )
+                done += _kept(self.out / f"{kind}-{seed}.json", lambda race=race: [race()])
+        return done
+
+
+def _kept(file: Path, race: Any) -> list[Any]:
+    """Returns races from their file, or runs them and writes it."""
+    from mjxwalk.bench.races import Race
+
+    if not file.exists():
+        rows = [one._asdict() for one in race()]
+        part = file.with_suffix(".part")
+        part.write_text(json.dumps(rows))
+        part.replace(file)
+        print(f"{file}", file=sys.stderr, flush=True)
+    return [Race(**row) for row in json.loads(file.read_text())]
+
+
+def progress(race: Any) -> Any:
+    """Returns what a race had reached at each effort.
+
+    Of walkers, whose best fitness is a matter of luck and lost in a restart, that is the highest
+    median of a few generations.
+    """
+    series = np.asarray(race.reached)
+    medians = [np.median(series[max(0, end - LATEST) : end]) for end in range(1, len(series) + 1)]
+    return np.maximum.accumulate(medians)
+
+
+def table(races: list[Any]) -> str:
+    """Returns medians and quartiles over the seeds, as Markdown."""
+    tasks = list(dict.fromkeys(race.task for race in races))
+    names = list(dict.fromkeys(race.strategy for race in races))
+    lines = ["| task | " + " | ".join(names) + " |", "| --- |" + " --- |" * len(names)]
+    for task in tasks:
+        cells: list[str] = []
+        for name in names:
+            values = [
+                progress(race)[-1] for race in races if (race.task, race.strategy) == (task, name)
+            ]
+            low, middle, high = np.percentile(values, [25, 50, 75])
+            cells.append(f"{middle:.2g} ({low:.2g} to {high:.2g})")
+        lines.append(f"| {task} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def draw(races: list[Any], file: Path) -> None:
+    """Draws what walkers reach against physics steps, and functions at their end, into a file."""
+    from matplotlib.figure import Figure
+
+    functions = [race for race in races if len(race.effort) == 1]
+    walked = [race for race in races if len(race.effort) > 1]
+    tasks = list(dict.fromkeys(race.task for race in walked))
+    figure = Figure(figsize=(7, 3.2 * (len(tasks) + bool(functions))), layout="constrained")
+    axes: Any = figure.subplots(len(tasks) + bool(functions), 1, squeeze=False)[:, 0]
+    for axis, task in zip(axes, tasks, strict=False):
+        _draw_walkers(axis, [race for race in walked if race.task == task])
+        axis.set_title(task)
+    if functions:
+        _draw_functions(axes[-1], functions)
+    figure.savefig(file)
+
+
+def _draw_walkers(axis: Any, races: list[Any]) -> None:
+    steps = np.linspace(0, max(race.effort[-1] for race in races), 200)[1:]
+    for name in dict.fromkeys(race.strategy for race in races):
+        curves = np.array(
+            [
+                np.interp(steps, race.effort, progress(race))
+                for race in races
+                if race.strategy == name
+            ]
+        )
+        low, middle, high = np.percentile(curves, [25, 50, 75], axis=0)
+        (line,) = axis.plot(steps, middle, label=name)
+        axis.fill_between(steps, low, high, color=line.get_color(), alpha=0.15, linewidth=0)
+    axis.set_xlabel("million physics steps")
+    axis.set_ylabel("best fitness")
+    axis.legend(fontsize="small")
+
+
+def _draw_functions(axis: Any, races: list[Any]) -> None:
+    tasks = list(dict.fromkeys(race.task for race in races))
+    for name in dict.fromkeys(race.strategy for race in races):
+        found = [
+            [race.reached[-1] for race in races if (race.task, race.strategy) == (task, name)]
+            for task in tasks
+        ]
+        medians = np.maximum([np.median(values) for values in found], 1e-8)
+        axis.plot(medians, range(len(tasks)), "o", label=name, alpha=0.7)
+    axis.set_yticks(range(len(tasks)), tasks, fontsize="small")
+    axis.set_xscale("log")
+    axis.set_xlabel("lowest value found, median")
+    axis.legend(fontsize="small")
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("JAX_PLATFORMS", "cpu")  # small searches; leave the GPU to its owner
+    sys.exit(cli.run("compare_strategies.py", CompareStrategies))

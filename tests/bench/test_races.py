@@ -1,0 +1,104 @@
+"""Tests of the functions, of races on them and on walkers, and of the script that compares them."""
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import toy
+
+from mjxwalk import cli
+from mjxwalk.bench import races
+from mjxwalk.bench.functions import FUNCTIONS, turn
+
+SCRIPT = Path(__file__).parents[2] / "scripts" / "compare_strategies.py"
+
+
+def _script() -> Any:
+    spec = importlib.util.spec_from_file_location("compare_strategies", SCRIPT)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_every_function_is_lowest_where_it_is_said_to_be():
+    points = jnp.asarray(np.random.default_rng(0).normal(size=(50, 5)), jnp.float32)
+    for name, function in FUNCTIONS.items():
+        lowest = jnp.ones((1, 5)) if name == "rosenbrock" else jnp.zeros((1, 5))
+        at_lowest, elsewhere = function(lowest), function(points)
+        assert float(at_lowest[0]) == pytest.approx(0, abs=1e-5)
+        assert jnp.all(elsewhere > 1e-3)
+
+
+def test_functions_have_the_values_worked_out_by_hand():
+    point = jnp.array([[2.0, 3.0]])
+    values = {name: float(function(point)[0]) for name, function in FUNCTIONS.items()}
+    assert values["sphere"] == pytest.approx(13)
+    assert values["ellipsoid"] == pytest.approx(4 + 9e6)
+    assert values["rosenbrock"] == pytest.approx(100 * (3 - 4) ** 2 + 1)
+    assert values["rastrigin"] == pytest.approx(13, rel=1e-4)  # whole numbers are its minima
+
+
+def test_turning_keeps_lengths_and_mixes_weights():
+    point = jnp.array([[1.0, 0.0, 0.0]])
+    assert float(jnp.sum(turn(point) ** 2)) == pytest.approx(1, rel=1e-5)
+    assert jnp.all(jnp.abs(turn(point)) > 1e-3)
+
+
+def test_walkers_race_until_their_steps_are_used_up():
+    experiment = races.with_strategy(toy.Toy(), "sep-cma-es")
+    assert experiment.strategy.options == {"sigma": 0.3}
+    million = 40 * 16 * 2 * toy.GENERATION_STEPS / 1e6  # steps of 40 generations
+    evaluator = toy.ToyEvaluator(experiment, "mjx")
+    race = races.on_walkers(experiment, evaluator, 0, million)
+    assert len(race.effort) == len(race.reached) == 40
+    assert race.effort[-1] == pytest.approx(million)
+    assert race.reached[-1] > -1 > race.reached[0]
+    again = races.on_walkers(experiment, evaluator, 0, million)
+    assert again == race
+
+
+def test_what_was_reached_outlives_a_restart():
+    race = races.Race("toy", "snes", 0, list(range(30)), [0.0] * 5 + [4.0] * 10 + [1.0] * 15)
+    np.testing.assert_array_equal(_script().progress(race)[[0, 14, 29]], [0, 4, 4])
+
+
+def test_the_script_writes_a_table_and_a_figure_and_keeps_what_is_done(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    script = _script()
+    races_run: list[str] = []
+
+    def on_functions(name: str, num_weights: int, seeds: int, evaluations: int) -> Any:
+        races_run.append(name)
+        for seed in range(seeds):
+            yield races.Race(f"sphere {num_weights}", name, seed, [evaluations], [seed + 1.0])
+
+    monkeypatch.setattr(races, "on_functions", on_functions)
+    args = ["--out", str(tmp_path / "a"), "--strategies", "snes", "pgpe", "--weights", "4"]
+    args += ["--experiments", "--seeds", "3"]
+    for _ in range(2):
+        assert cli.run("compare_strategies.py", script.CompareStrategies, args) == 0
+    assert races_run == ["snes", "pgpe"]
+    assert "| sphere 4 | 2 (1.5 to 2.5) | 2 (1.5 to 2.5) |" in capsys.readouterr().out
+    assert (tmp_path / "a" / "strategies.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("args", "sentence"),
+    [
+        (["--strategies", "snse"], "unknown strategy 'snse'; did you mean snes or xnes?"),
+        (["--experiments", "planar-ldp"], "unknown experiment 'planar-ldp'; did you mean"),
+        (["--seeds", "0"], "--seeds must be above 0, got 0"),
+        (["--population", "3"], "--population must be 0 or even, got 3"),
+    ],
+)
+def test_wrong_arguments_of_the_script_are_one_sentence(
+    args: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+):
+    assert cli.run("compare_strategies.py", _script().CompareStrategies, args) == 2
+    complaint = capsys.readouterr().err
+    assert sentence in complaint and complaint.count("\n") == 1
