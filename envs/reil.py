@@ -142,7 +142,7 @@ class Reil:
       assistance_lean: that it holds the trunk at, rad, forward positive.
       timestep: of the physics, s.
       integrator: "implicit" takes contact, stops, springs and dampers at the end of the step, which
-        is stable at 1 ms; "explicit" at its start. Motors are always those of the end of the step.
+        is stable at 2 ms; "explicit" at its start. Motors are always those of the end of the step.
         Positions follow the new velocities (semi-implicit Euler).
       min_height: of the centre of mass over the ground, as a share of that when standing; under it
         the walker has fallen.
@@ -161,7 +161,10 @@ class Reil:
 
     terrain: TrialVariation = TrialVariation()
     contact: SoftContact = SoftContact(stiffness=150_000.0, damping=6_000.0)  # ours
-    hips: VelocityMotor = VelocityMotor(approach=25.0, max_speed=5.0, max_torque=1_200.0)  # ours
+    # ours: rigid motors walk less far; this softness is a damper of 1,000 N m s/rad
+    hips: VelocityMotor = VelocityMotor(
+        approach=29.0, max_speed=3.9, max_torque=1_130.0, softness=0.001
+    )
     hip_offset: float = 0.125  # ours: the hips' spheres touch
     trunk_height: float = 0.3  # ours: the trunk begins at the hips
     heel: float = -0.1  # ours
@@ -170,16 +173,16 @@ class Reil:
     hip_roll_stiffness: float = 20_000.0  # ours: held, as no motor neuron drives it
     hip_roll_damping: float = 1_000.0  # ours
     knee_cap: JointStop = JointStop(stiffness=5_000.0, damping=60.0)  # ours
-    knee_extension: float = 0.0  # ours: straight
+    knee_extension: float = -0.24  # ours: a straight knee gives way under load
     knee_flexion: float = 2.0  # ours
-    knee_damping: float = 5.0  # ours
-    ankle_stiffness: float = 1_500.0  # ours
-    ankle_damping: float = 40.0  # ours
-    ankle_rest: float = 0.1  # ours
+    knee_damping: float = 180.0  # ours: far too much to swing freely; with less few walk
+    ankle_stiffness: float = 1_550.0  # ours
+    ankle_damping: float = 42.0  # ours
+    ankle_rest: float = 0.31  # ours: with the knee bent back, the foot is level
     assistance: float = 0.0
     assistance_damping: float = 0.0
     assistance_lean: float = 0.0
-    timestep: float = 0.001  # ours: the paper gives none
+    timestep: float = 0.002  # ours: the paper gives none
     integrator: Literal["implicit", "explicit"] = "implicit"
     min_height: float = 0.8  # ours: the paper has such a threshold and does not tell it
     max_yaw: float = 1.0  # ours: who turns away from x does not come far

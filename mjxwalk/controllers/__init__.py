@@ -4,4 +4,11 @@ from mjxwalk.controllers.ctrnn_walker import CtrnnWalker
 from mjxwalk.controllers.linear_reactive import LinearReactive, Memory, Weights
 from mjxwalk.controllers.spatial_reactive import SpatialReactive, SpatialWeights
 
-__all__ = ["CtrnnWalker", "LinearReactive", "Memory", "SpatialReactive", "SpatialWeights", "Weights"]
+__all__ = [
+    "CtrnnWalker",
+    "LinearReactive",
+    "Memory",
+    "SpatialReactive",
+    "SpatialWeights",
+    "Weights",
+]

@@ -31,6 +31,7 @@ _SIL = "goes on from fil and prunes its links"
 
 _ASSISTED = "pattern generator, its trunk righted, until one walks 20 m"
 _UNASSISTED = "that population goes on without assistance"
+_HOLDING = "and from other starts, with loads and on slopes"
 
 _EXPERIMENTS = {
     "planar-lpd": _Entry("solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),
@@ -52,7 +53,7 @@ _STUDIES = {
         "reil",
         "REIL",
         "Reil & Massey (2001): hips driven by a pattern generator, with assistance and without",
-        {"assisted": _ASSISTED, "unassisted": _UNASSISTED},
+        {"assisted": _ASSISTED, "unassisted": _UNASSISTED, "steady": _HOLDING},
     ),
     "reil-feedback": _Entry(
         "reil",

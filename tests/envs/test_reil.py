@@ -17,6 +17,10 @@ from mjxwalk.envs.reil_body import GRAVITY, LEG
 from mjxwalk.envs.reil_trials import usual
 
 IMPLICIT = Reil(
+    timestep=0.001,
+    knee_extension=0.0,
+    knee_damping=5.0,
+    ankle_rest=0.1,
     terrain=TrialVariation(load=8.0, stride=0.1, push=0.2, sideways=0.1, pitch_rate=0.3),
     min_height=0.01,
     max_flight_time=9.0,

@@ -23,14 +23,20 @@ STUDY = experiments.get_study("reil")
 
 
 def test_assistance_is_a_phase_and_ends_at_the_milestone() -> None:
-    assisted, unassisted = (experiment for _, experiment in STUDY.phases)
+    assisted, unassisted, _ = (experiment for _, experiment in STUDY.phases)
     assert assisted.env.assistance > 0.0 and unassisted.env.assistance == 0.0
     assert assisted.start == "zero" and unassisted.start == "population"
     assert assisted.goal.distance == unassisted.goal.distance == assisted.env.max_distance == 20.0
-    body = dataclasses.replace(
-        assisted.env, assistance=0.0, assistance_damping=0.0, terrain=unassisted.env.terrain
-    )
-    assert body == unassisted.env
+    body = dataclasses.replace(assisted.env, assistance=0.0, assistance_damping=0.0)
+    assert body == unassisted.env and body.terrain.is_usual()
+
+
+def test_a_steady_walker_has_to_hold_where_trials_differ_and_at_half_the_step() -> None:
+    steady = STUDY.phase("steady")
+    assert not steady.env.terrain.is_usual() and steady.terrains_per_evaluation > 1
+    assert steady.goal.is_fine and steady.goal.fine_factor == 2
+    trials = np.asarray(steady.sample_terrains(jax.random.key(0), 50, steady.first_roughness()))
+    assert len(np.unique(trials)) == trials.size and np.abs(trials).max() <= 1.0
 
 
 def test_evolution_is_the_papers() -> None:
@@ -52,7 +58,7 @@ def test_genes_start_between_their_bounds_and_senses_that_are_not_there_stay_zer
 
 
 def test_a_population_goes_on_without_assistance_as_it_was() -> None:
-    assisted, unassisted = (experiment for _, experiment in STUDY.phases)
+    assisted, unassisted, _ = (experiment for _, experiment in STUDY.phases)
     strategy = assisted.make_strategy()
     state = strategy.init(jax.random.key(0), assisted.template())
     population, state = strategy.ask(jax.random.key(1), state)
@@ -73,7 +79,7 @@ def test_a_population_goes_on_without_assistance_as_it_was() -> None:
 
 
 def test_settings_read_back_from_a_runs_file(tmp_path: Path) -> None:
-    for name in ("reil/assisted", "reil/unassisted", "reil-feedback/feedback"):
+    for name in ("reil/assisted", "reil/steady", "reil-feedback/feedback"):
         experiment = experiments.get(name)
         config.write(tmp_path, config.Config(experiment=experiment))
         assert config.read(tmp_path).experiment == experiment

@@ -1,0 +1,153 @@
+"""Tells whether the walks of the hip-powered biped hold, and whether it steps or shuffles."""
+
+import dataclasses
+import os
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+
+from mjxwalk import cli, runs, walkers
+
+Sources = tyro.conf.Positional[tuple[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")], ...]]
+MILESTONE = 20.0  # m; Reil & Massey (2001), section 5
+ENOUGH = 0.9  # of the perturbed starts
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ReilTable:
+    """Let the best walker of each run walk again: as it evolved, at half its step, pushed.
+
+    A walker holds that reaches 20 m from nine of ten perturbed starts, and from the usual one at
+    half its time step.
+
+    Attributes:
+      sources: folders of runs, or walkers that ship with mjxwalk.
+      starts: perturbed ones that each is tried from.
+      seed: of the starts.
+      csv: file to write the table to as well.
+    """
+
+    sources: Sources = ()
+    starts: int = 20
+    seed: int = 0
+    csv: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+
+    def run(self) -> int:
+        """Shows the table and returns the exit code.
+
+        Raises:
+          RunError: an argument is wrong, or a walker has another body.
+        """
+        if not self.sources:
+            raise runs.RunError("no runs were named")
+        if self.starts < 1:
+            raise runs.RunError(f"--starts must be at least 1, got {self.starts}")
+        for source in self.sources:
+            walkers.check(source)
+        import pandas as pd
+
+        from mjxwalk import engines
+
+        engines.prepare()
+        table = pd.DataFrame([self._row(source) for source in self.sources])
+        print(table.to_string(index=False, float_format=lambda value: f"{value:.2f}"))
+        print(f"{int(table['holds'].sum())} of {len(table)} hold")
+        if self.csv is not None:
+            try:
+                table.to_csv(self.csv, index=False)
+            except OSError as error:
+                raise runs.RunError(f"{self.csv} could not be written: {error}") from None
+            print(self.csv)
+        return 0
+
+    def _row(self, source: str) -> dict[str, Any]:
+        import jax
+
+        from mjxwalk.envs import Reil
+        from mjxwalk.envs.reil_trials import TrialVariation, usual
+        from mjxwalk.tournament.perturbed import perturbed
+
+        walker = walkers.best(source)
+        env = walker.experiment.env
+        if not isinstance(env, Reil):
+            raise runs.RunError(f"{source} is no hip-powered biped")
+        plain = dataclasses.replace(env, terrain=TrialVariation())
+        half = dataclasses.replace(plain, timestep=plain.timestep / 2)
+        draws = TrialVariation().sample(jax.random.key(self.seed), self.starts)
+        evolved = _walk(walker, plain, usual())
+        halved = _walk(walker, half, usual())
+        pushed = _walk(walker, perturbed(plain), draws)
+        share = float(np.mean(pushed["distance"] >= MILESTONE))
+        far = float(halved["distance"][0])
+        return {
+            "walker": Path(source).name,
+            "generation": walker.generation,
+            "m": float(evolved["distance"][0]),
+            "m, half step": far,
+            "starts": share,
+            "holds": share >= ENOUGH and far >= MILESTONE,
+            "drift m": float(np.abs(evolved["drift"][0])),
+            **{name: float(np.nanmean(pushed[name])) for name in _GAIT},
+        }
+
+
+_GAIT = ("speed m/s", "step m", "double stance", "stride s", "knee swing deg")
+
+
+def _walk(walker: Any, env: Any, draws: Any) -> dict[str, Any]:
+    """Returns what a walker does in some trials: how far it comes, and its gait."""
+    import jax
+    import jax.numpy as jnp
+
+    from mjxwalk import replay
+    from mjxwalk.analysis.footfalls import find_footfalls, observe
+    from mjxwalk.analysis.gait import measure_trials
+    from mjxwalk.envs import Terrain
+
+    num = len(draws)
+    recording = replay.record(
+        env,
+        walker.experiment.controller,
+        jax.tree.map(lambda leaf: np.repeat(np.asarray(leaf)[None], num, axis=0), walker.genotype),
+        Terrain(jnp.asarray(draws), jnp.arange(num, dtype=jnp.int32)),
+        duration=env.max_time,
+    )
+    observations = observe(recording, env)
+    measured = measure_trials(recording, env)
+    last = recording.states
+    knees = [
+        _knee_swing(observations.angle[: len(each.time), index, :, 2], each.contact)
+        for index, each in enumerate(find_footfalls(recording, observations))
+    ]
+    return {
+        "distance": last.qpos[-1, :, 0] + last.ankle_x[-1].min(axis=1),
+        "drift": last.qpos[-1, :, 1],
+        "speed m/s": measured["speed_m_s"].to_numpy(),
+        "step m": measured["step_length_m"].to_numpy(),
+        "double stance": measured["double_stance"].to_numpy(),
+        "stride s": measured["stride_time_s"].to_numpy(),
+        "knee swing deg": np.array(knees),
+    }
+
+
+def _knee_swing(knee: Any, contact: Any) -> float:
+    """Returns how far a knee bends and straightens again while its foot is in the air, degrees.
+
+    The mean over all swings of both legs of the highest angle minus the last one.
+    """
+    bends: list[float] = []
+    for leg in (0, 1):
+        edges = np.flatnonzero(np.diff(contact[:, leg].astype(np.int8)))
+        for start, end in zip(edges[:-1], edges[1:], strict=True):
+            if not contact[end, leg]:
+                swing = knee[start + 1 : end + 1, leg]
+                bends.append(float(swing.max() - swing[-1]))
+    return float(np.degrees(np.mean(bends))) if bends else np.nan
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("JAX_PLATFORMS", "cpu")  # a few walkers; leave the GPU to its owner
+    sys.exit(cli.run("reil_table.py", ReilTable))
