@@ -18,8 +18,8 @@ from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, 
 from mjxwalk.strategies.metrics import SearchMetrics, measure_search
 from mjxwalk.strategies.operators import truncation_selection
 
-LEARNING_RATE = 0.02  # Mania et al. (2018), table 9: the commonest there
-USED_FRACTION = 0.5  # ours: between V1's 1 and the smallest shares in table 9
+LEARNING_RATE = 0.02  # the authors' own: step_size in code/ars.py of modestyachts/ARS
+USED_FRACTION = 0.5  # ours: the authors' own is 1, V1; V1-t uses fewer
 
 
 class ARSState(NamedTuple):

@@ -21,8 +21,9 @@ from mjxwalk.strategies.metrics import SearchMetrics, measure_search
 from mjxwalk.strategies.ranks import centred_ranks
 
 LEARNING_RATE = 0.01  # of Adam; ours, as for `openai_es`
-SIGMA_LEARNING_RATE = 0.1  # Toklu et al. (2020), section 4
-LARGEST_CHANGE = 0.2  # of a step size in a generation, its share; Toklu et al. (2020), section 4
+SIGMA_LEARNING_RATE = 0.1  # Toklu et al. (2020): stdev_learning_rate of nnaisense/pgpelib
+# Of a step size in a generation, its share; Toklu et al. (2020): stdev_max_change of pgpelib.
+LARGEST_CHANGE = 0.2
 
 
 class PGPEState(NamedTuple):

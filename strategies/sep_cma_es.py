@@ -3,6 +3,8 @@
 Ros & Hansen (2008), "A simple modification in CMA-ES achieving linear time and space complexity",
 PPSN X, https://hal.inria.fr/inria-00287367, section 3. Constants are those of the later tutorial,
 Hansen (2023), https://arxiv.org/abs/1604.00772 version 2, learnt faster by Ros and Hansen's factor.
+evosax 0.3 leaves that factor out, which is slower where weights differ in scale, and with small
+populations a little more robust where there are many local minima.
 """
 
 import functools
