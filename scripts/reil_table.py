@@ -54,7 +54,7 @@ class ReilTable:
         engines.prepare()
         table = pd.DataFrame([self._row(source) for source in self.sources])
         print(table.to_string(index=False, float_format=lambda value: f"{value:.2f}"))
-        print(f"{int(table['holds'].sum())} of {len(table)} hold")
+        print(f"{sum(table['holds'])} of {len(table)} hold")
         if self.csv is not None:
             try:
                 table.to_csv(self.csv, index=False)

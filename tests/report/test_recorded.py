@@ -49,9 +49,9 @@ def test_recorded_twice_is_the_same_and_every_trial_is_counted_once(run: Path) -
     one, two = first["planar-lpd"], second["planar-lpd"]
     assert one.gaits[0].trials == 53
     np.testing.assert_array_equal(one.density.counts, two.density.counts)
-    np.testing.assert_array_equal(one.stick.skeletons, two.stick.skeletons)
+    np.testing.assert_array_equal(one.stick.sticks.skeletons, two.stick.sticks.skeletons)
     # The first figure stands where trials begin: its hips are at one place, above the ankles.
-    left, right = one.stick.skeletons[0]
+    left, right = one.stick.sticks.skeletons[0]
     np.testing.assert_array_equal(left[1], right[1])
     assert left[1, 0] == pytest.approx(0.0, abs=1e-6)
     assert left[1, 1] > left[3, 1]
