@@ -150,8 +150,7 @@ def angle_densities(density: AngleDensity) -> Figure:
     """
     num = len(density.names)
     columns = 2 if num < 9 else 3
-    # The last place says what the others show.
-    rows = num // columns + 1
+    rows = -(-num // columns)
     figure = Figure(figsize=(9, 2.1 * rows), layout="constrained")
     axes: Any = figure.subplots(rows, columns, sharex=True).ravel()
     middles = 100 * (np.arange(density.counts.shape[1]) + 0.5) / density.counts.shape[1]
@@ -167,8 +166,8 @@ def angle_densities(density: AngleDensity) -> Figure:
         axis.set_ylim(*_occupied(whiteness, edges))
     for axis in axes[num:]:
         axis.axis("off")
-    text = f"{density.steps} steps\nwhite: most frequent angle\nof its slice; line: mean"
-    axes[-1].text(0.5, 0.5, text, ha="center", va="center", transform=axes[-1].transAxes)
+    text = f"{density.steps} steps; white: most frequent angle of its slice; line: mean"
+    figure.suptitle(text, fontsize=10)
     for axis in axes[num - columns : num]:
         axis.set_xlabel("step (%)")
         axis.tick_params(labelbottom=True)
