@@ -74,7 +74,8 @@ def pairs() -> dict[str, Pair]:
         "snes": Pair(
             lambda size: strategies.snes(population_size=size, sigma=SIGMA), adapted("SNES")
         ),
-        # evosax's holds a matrix for each genotype, of a thousand weights 16 GB.
+        # evosax's holds a matrix for each genotype, of a thousand weights 16 GB. It takes the
+        # exponential of each element, so that its axes stay those of the weights.
         "xnes": Pair(
             lambda size: strategies.xnes(population_size=size, sigma=SIGMA), adapted("xNES"), 100
         ),
