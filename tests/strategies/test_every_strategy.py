@@ -46,7 +46,8 @@ CASES = [
     Case("hybrid-ga", {**BOUNDS, "breeding_generations": 2}),
     Case("ars", {"sigma": 0.3, "learning_rate": 0.2}, by_rank=False),
     Case("cma-es", {"sigma": 0.5}),
-    Case("ipop-cma-es", {"sigma": 0.5, "max_doublings": 1}),
+    # Of the full matrix `test_restarting_cma_es` has as much, and it takes longer to compile.
+    Case("ipop-cma-es", {"sigma": 0.5, "max_doublings": 1, "separable": True}),
     Case("bipop-cma-es", {"sigma": 0.5, "max_doublings": 1, "separable": True}),
     Case("openai-es", {"sigma": 0.3, "optimizer": 0.1}),
     Case("pgpe", {"sigma": 0.5, "optimizer": 0.1}),
@@ -265,17 +266,15 @@ def test_no_key_is_used_twice(case: Case):
 
 
 @every_strategy
-@pytest.mark.parametrize(
-    "template", [jnp.zeros(()), jnp.zeros((2, 3))], ids=["one weight", "a bare array"]
-)
-def test_the_smallest_population_moves_any_template(case: Case, template: Any):
+def test_the_smallest_population_moves_a_bare_array_of_one_weight(case: Case):
+    template = jnp.zeros(())
     strategy = _compile(case, case.smallest_population)
     state = strategy.init(jax.random.key(0), template)
     keys = jax.random.split(jax.random.key(1), 5)
     first, state = strategy.ask(jax.random.key(2), state)
     state, _ = _evolve(strategy, keys, state)
     last, _ = strategy.ask(jax.random.key(3), state)
-    assert last.shape == (case.smallest_population, *template.shape)
+    assert last.shape == (case.smallest_population,)
     _assert_finite(last)
     assert jnp.any(last != first)
 

@@ -105,9 +105,10 @@ def test_a_mask_takes_whole_links_from_either_of_two_of_the_best():
 
 
 def test_a_state_that_carries_masks_is_left_alone():
-    state = strategies.self_adaptive_ga(
+    strategy = strategies.self_adaptive_ga(
         population_size=4, sigma=0.1, initial_sigma=0.1, links=LINKS
-    ).init(jax.random.key(0), TEMPLATE)
+    )
+    state = jax.jit(strategy.init)(jax.random.key(0), TEMPLATE)
     assert isinstance(state, evolving_masks.CarriesMasks)
     assert evolving_masks.carry(_cma(), state) is state
 

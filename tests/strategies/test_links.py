@@ -25,6 +25,10 @@ GENOTYPE = {
 }
 
 
+remove_random_link = jax.jit(links.remove_random_link)
+prune_population = jax.jit(links.prune_population)
+
+
 def individual(present: list[int]) -> Individual:
     row = jnp.array([True, *(number in present for number in range(4))])
     mask = {"initiation": row, "walking": row, "blend": jnp.array(True)}
@@ -42,7 +46,7 @@ def same(one: Any, other: Any) -> bool:
 
 def test_all_weights_of_the_removed_link_and_no_others_go():
     before = individual([0, 2, 3])
-    after = links.remove_random_link(jax.random.key(0), before, NUMBERS)
+    after = remove_random_link(jax.random.key(0), before, NUMBERS)
     gone = np.flatnonzero(present(before.mask) & ~present(after.mask))
     assert gone.size == 1
     expected = individual([number for number in (0, 2, 3) if number != gone[0]])
@@ -71,7 +75,7 @@ def test_an_individual_is_stripped_of_all_but_what_is_protected_and_then_left_al
     everyone = individual([0, 1, 2, 3])
     for number_left in (3, 2, 1, 0, 0, 0):
         key = jax.random.key(number_left)
-        everyone = links.remove_random_link(key, everyone, NUMBERS)
+        everyone = remove_random_link(key, everyone, NUMBERS)
         assert int(links.count_links(everyone.mask, NUMBERS)) == number_left
     assert same(everyone, individual([]))
     assert everyone.genotype["blend"] == 11.0 and everyone.genotype["walking"][0] == 6.0
@@ -89,7 +93,7 @@ def test_a_population_loses_a_link_each_but_who_is_kept_loses_none_to_the_bit():
     )
     everyone.genotype["blend"] = everyone.genotype["blend"].at[7].set(-0.0)
     keep = jnp.arange(40) % 7 == 0
-    after = links.prune_population(jax.random.key(0), everyone, NUMBERS, keep)
+    after = prune_population(jax.random.key(0), everyone, NUMBERS, keep)
     counts = jax.vmap(links.count_links, in_axes=(0, None))(after.mask, NUMBERS)
     np.testing.assert_array_equal(counts, np.where(keep, 4, 3))
     for a, b in zip(jax.tree.leaves(after), jax.tree.leaves(everyone), strict=True):

@@ -1,9 +1,12 @@
 """Tests of MAP-Elites, by hand."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compiled import compiled
 
 from mjxwalk import strategies
 from mjxwalk.strategies.map_elites import find_cells, pick_filled
@@ -11,14 +14,16 @@ from mjxwalk.strategies.map_elites import find_cells, pick_filled
 NAN = jnp.nan
 
 
+@functools.cache
 def _grid(population_size: int = 4) -> strategies.MapElites:
-    return strategies.map_elites(
+    grid = strategies.map_elites(
         population_size=population_size,
         initial_sigma=1.0,
         lower=(0.0, 0.0),
         upper=(1.0, 2.0),
         num_bins=(2, 4),
     )
+    return compiled(grid)
 
 
 def test_cells_are_counted_in_rows_and_outside_is_the_outermost():
@@ -47,14 +52,14 @@ def test_the_fittest_of_a_cell_stays_and_nan_gets_none():
 def test_only_filled_cells_are_parents():
     fitness = jnp.array([-jnp.inf, 1.0, -jnp.inf, 2.0])
     draws = jnp.array([[0.0, 0.49], [0.5, 0.999]])
-    first, second = pick_filled(fitness, draws)
+    first, second = jax.jit(pick_filled)(fitness, draws)
     np.testing.assert_array_equal(first, [1, 3])
     np.testing.assert_array_equal(second, [1, 3])
 
 
 def test_the_archive_fills():
     strategy = _grid(16)
-    ask, tell = jax.jit(strategy.ask), jax.jit(strategy.tell_behaviour)
+    ask, tell = strategy.ask, strategy.tell_behaviour
     state = strategy.init(jax.random.key(0), jnp.zeros(2))
     for generation in range(20):
         population, state = ask(jax.random.key(generation), state)

@@ -1,11 +1,13 @@
 """Polls and meshes by hand, a quadratic, Rosenbrock's valley, and the hybrid with the GA."""
 
+import functools
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compiled import compiled
 from scipy.optimize import rosen
 
 from mjxwalk.strategies import Strategy, hybrid_ga, pattern_search
@@ -23,8 +25,13 @@ def _maximise(strategy: Strategy[Any, Any], start: Any, function: Any, generatio
         return strategy.tell(key_tell, population, -jax.vmap(function)(population), state)
 
     keys = jax.random.split(jax.random.key(1), generations)
-    state = strategy.init(jax.random.key(0), start)
-    return jax.jit(lambda state: jax.lax.scan(generation, state, keys))(state)
+
+    @jax.jit
+    def run(start: Any) -> Any:
+        state = strategy.init(jax.random.key(0), start)
+        return jax.lax.scan(generation, state, keys)
+
+    return run(start)
 
 
 def _rosenbrock(x: Any) -> Any:
@@ -41,9 +48,14 @@ def test_polls_go_both_ways_along_every_axis_and_then_on_a_finer_mesh():
     np.testing.assert_allclose(mesh, [1, 1, 1, 1, 1, 0.5, 0.25])
 
 
+@functools.cache
+def _search(**options: Any) -> Any:
+    return compiled(pattern_search(**options))
+
+
 def _told(values: list[float], population_size: int = 5, **options: float) -> tuple[Any, Any, Any]:
     """Returns the state and the polls of the first generation, and the state after its fitness."""
-    strategy = pattern_search(population_size=population_size, **options)  # type: ignore[arg-type]
+    strategy = _search(population_size=population_size, **options)
     state = strategy.init(jax.random.key(0), jnp.zeros(2))
     population, state = strategy.ask(jax.random.key(1), state)
     return (
@@ -96,7 +108,7 @@ def test_a_mesh_below_its_limit_ends_the_search_and_stays():
 
 
 def test_polls_stop_at_the_bounds():
-    strategy = pattern_search(population_size=5, lower=-0.25, upper=0.5)
+    strategy = _search(population_size=5, lower=-0.25, upper=0.5)
     population, _ = strategy.ask(jax.random.key(1), strategy.init(jax.random.key(0), jnp.zeros(2)))
     assert population.min() == -0.25
     assert population.max() == 0.5

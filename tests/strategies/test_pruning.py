@@ -44,9 +44,13 @@ def tell() -> Any:
     return jax.jit(strategy().tell)
 
 
+@functools.cache
+def unpruned() -> Any:
+    return jax.jit(_ga().init)(jax.random.key(0), TEMPLATE)
+
+
 def begun(elites: list[float]) -> Any:
-    evolved = _ga().init(jax.random.key(0), TEMPLATE)
-    return strategy().begin(evolved, np.array(elites, np.float32))
+    return strategy().begin(unpruned(), np.array(elites, np.float32))
 
 
 def fitness_with(elite: float) -> Any:
@@ -109,7 +113,7 @@ def test_the_elite_is_asked_again_to_the_bit(ask: Any, tell: Any):
 
 def test_protected_weights_never_go_and_both_weights_of_a_link_go_together():
     busy = strategy(every=1)
-    state = busy.begin(_ga().init(jax.random.key(0), TEMPLATE), np.full(5, 10.0, np.float32))
+    state = busy.begin(unpruned(), np.full(5, 10.0, np.float32))
     generations = evolve(jax.jit(busy.ask), jax.jit(busy.tell), state, [10.0] * 25)
     for population, asked, _, _ in generations:
         for leaf, place in PROTECTED.items():
@@ -151,7 +155,7 @@ def test_removing_stops_with_the_decline_and_the_strategy_is_finished_later(ask:
 
 
 def test_without_a_reference_it_is_gathered_first(ask: Any, tell: Any):
-    state = strategy().init(jax.random.key(0), TEMPLATE)
+    state = jax.jit(strategy().init)(jax.random.key(0), TEMPLATE)
     generations = evolve(ask, tell, state, [6.0, 7.0, np.nan, 8.0, 9.0, 50.0, 50.0])
     assert [int(told.age) for _, _, told, _ in generations] == [-4, -3, -2, -1, 0, 1, 2]
     assert [int(metrics.num_pruned) for *_, metrics in generations] == [0, 0, 0, 0, 0, 10, 0]

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compiled import compiled
 
 from mjxwalk.strategies import Strategy, self_adaptive_ga, with_restarts
 
@@ -17,13 +18,13 @@ def plain() -> Strategy[Any, Any]:
 
 
 def evolved(strategy: Strategy[Any, Any], fitness_of_generations: list[Any]) -> list[Any]:
+    strategy = compiled(strategy)
     state = strategy.init(jax.random.key(0), TEMPLATE)
     states = [state]
-    tell = jax.jit(strategy.tell)
     for generation, fitness in enumerate(fitness_of_generations):
         key_ask, key_tell = jax.random.split(jax.random.key(generation + 1))
         population, state = strategy.ask(key_ask, state)
-        state, _ = tell(key_tell, population, jnp.asarray(fitness, jnp.float32), state)
+        state, _ = strategy.tell(key_tell, population, jnp.asarray(fitness, jnp.float32), state)
         states.append(state)
     return states
 
@@ -59,12 +60,13 @@ def test_nan_fitness_is_nowhere() -> None:
 def test_between_restarts_it_is_the_strategy_itself() -> None:
     fitness = [[1.0, 5.0, 3.0, 2.0, 4.0, 0.0]] * 2
     wrapped = evolved(with_restarts(plain(), after=9, below=0.0), fitness)[-1].inner
-    state = plain().init(jax.random.key(0), TEMPLATE)
+    strategy = compiled(plain())
+    state = strategy.init(jax.random.key(0), TEMPLATE)
     for generation, values in enumerate(fitness):
         key_ask, key_tell = jax.random.split(jax.random.key(generation + 1))
-        population, state = plain().ask(key_ask, state)
+        population, state = strategy.ask(key_ask, state)
         inner_key = jax.random.split(key_tell)[0]
-        state, _ = plain().tell(inner_key, population, jnp.asarray(values), state)
+        state, _ = strategy.tell(inner_key, population, jnp.asarray(values), state)
     np.testing.assert_allclose(wrapped.population["w"], state.population["w"], rtol=1e-6)
 
 

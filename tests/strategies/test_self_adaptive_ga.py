@@ -35,7 +35,7 @@ _ga = functools.partial(
 
 @pytest.fixture(scope="module")
 def start() -> Any:
-    return _ga().init(jax.random.key(0), TEMPLATE)
+    return jax.jit(_ga().init)(jax.random.key(0), TEMPLATE)
 
 
 class Hypers(NamedTuple):
@@ -68,7 +68,7 @@ def test_generation_0_is_the_template_and_noise_on_the_links_there_are():
     population = self_adaptive_ga(
         population_size=5_000, sigma=0.1, initial_sigma={"hip": 0.3, "knee": 0.0}, mask=MASK
     )
-    state = population.init(jax.random.key(0), TEMPLATE)
+    state = jax.jit(population.init)(jax.random.key(0), TEMPLATE)
     hip = np.asarray(state.population["hip"])
     np.testing.assert_array_equal(hip[:, 1], 0)
     # 5,000 draws: standard errors 0.3 / 71 = 0.004 (mean) and 1 % (deviation); five.
@@ -80,7 +80,7 @@ def test_generation_0_is_the_template_and_noise_on_the_links_there_are():
 
 
 def test_the_template_can_be_kept_as_genotype_0():
-    state = _ga(keep_template=True).init(jax.random.key(0), TEMPLATE)
+    state = jax.jit(_ga(keep_template=True).init)(jax.random.key(0), TEMPLATE)
     np.testing.assert_array_equal(state.population["hip"][0], [1, 0, 3, 4])
     assert np.all(state.population["hip"][1] != state.population["hip"][0], where=MASK["hip"])
 
@@ -172,7 +172,7 @@ def test_the_weights_of_a_link_are_from_one_parent():
     # Link 3 has weights in both leaves; the others have coins of their own.
     links = {"hip": np.array([3, -1, -1, 3]), "knee": np.array([[3, -1, 8], [8, -1, -1]])}
     strategy = _ga(links=links, crossover_fraction=1.0, mutation_fraction=0.0, mask=None)
-    state = strategy.init(jax.random.key(0), TEMPLATE)
+    state = jax.jit(strategy.init)(jax.random.key(0), TEMPLATE)
     new, _ = jax.jit(strategy.tell)(jax.random.key(1), state.population, FITNESS, state)
     children, parents = _flat(new.population)[3:], _flat(state.population)[PARENTS]
     origin = np.argmax(children[:, None] == parents[None], axis=1)

@@ -1,9 +1,12 @@
 """The operators by hand, and the rates that the thesis contradicts itself about."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compiled import compiled
 
 from mjxwalk.strategies import two_point_ga
 from mjxwalk.strategies.two_point_ga import (
@@ -36,7 +39,7 @@ def test_expectations_go_with_the_root_of_the_rank_and_fill_all_places():
 def test_parents_are_chosen_as_often_as_expected_on_average():
     expected = jnp.array([1.5, 0.7, 0.5, 0.3])
     draws = jax.random.uniform(jax.random.key(0), (20_000, 3))
-    chosen = jax.vmap(lambda u: stochastic_remainder(expected, u))(draws)
+    chosen = jax.jit(jax.vmap(lambda u: stochastic_remainder(expected, u)))(draws)
     counts = np.bincount(np.asarray(chosen).ravel(), minlength=4) / 20_000
     # A share of 20,000 draws has a deviation of at most 0.005 a place, two places are drawn.
     np.testing.assert_allclose(counts, expected, atol=0.03)
@@ -71,6 +74,7 @@ def test_mutation_draws_some_weights_anew_between_their_bounds():
     np.testing.assert_allclose(mutated, [0.0, 9.0, 3.0])
 
 
+@functools.cache
 def _generation(crossover_fraction: float, mutation_rate: float) -> tuple[np.ndarray, np.ndarray]:
     strategy = two_point_ga(
         population_size=100,
@@ -79,6 +83,7 @@ def _generation(crossover_fraction: float, mutation_rate: float) -> tuple[np.nda
         crossover_fraction=crossover_fraction,
         mutation_rate=mutation_rate,
     )
+    strategy = compiled(strategy)
     state = strategy.init(jax.random.key(0), TEMPLATE)
     before, state = strategy.ask(jax.random.key(1), state)
     state, _ = strategy.tell(jax.random.key(2), before, jnp.sum(before, axis=1), state)
@@ -113,14 +118,14 @@ def test_bounds_may_differ_between_weights():
     strategy = two_point_ga(
         population_size=50, lower=0.0, upper=jnp.where(jnp.arange(12) < 8, 1.0, 10.0)
     )
-    population = np.asarray(strategy.init(jax.random.key(0), TEMPLATE).population)
+    population = np.asarray(compiled(strategy).init(jax.random.key(0), TEMPLATE).population)
     assert population[:, :8].max() <= 1.0
     assert population[:, 8:].max() > 5.0
 
 
 def test_the_template_can_be_kept():
     strategy = two_point_ga(population_size=5, lower=1.0, upper=2.0, keep_template=True)
-    population = np.asarray(strategy.init(jax.random.key(0), TEMPLATE).population)
+    population = np.asarray(compiled(strategy).init(jax.random.key(0), TEMPLATE).population)
     np.testing.assert_array_equal(population[0], TEMPLATE)
     assert population[1:].min() >= 1.0
 
