@@ -34,7 +34,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *args: str) -> str:
     ("args", "words"),
     [
         (("nowhere",), "nowhere does not exist"),
-        (("zoo:planar-lpx",), "there is no 'planar-lpx' in the zoo; did you mean planar-lpd?"),
+        (("zoo:planar-lpx",), "there is no 'planar-lpx' in the zoo; did you mean planar-lpd"),
         ((PLANAR, "--roughness", "-0.1"), "--roughness must be from 0 to 0.2 m, got -0.1"),
         ((PLANAR, "--roughness", "3"), "--roughness must be from 0 to 0.2 m, got 3"),
         ((PLANAR, "--walkers", "17"), "--walkers must be from 1 to 16, got 17"),
