@@ -50,6 +50,8 @@ def test_the_return_is_the_distance_and_a_fall_ends_the_trial(planar: Any) -> No
     assert total == pytest.approx(told["distance_m"], abs=1e-5)
     again, _ = planar.reset(seed=3)
     np.testing.assert_array_equal(first, again)
+
+
 @pytest.mark.slow
 def test_a_step_is_as_many_steps_of_the_body(planar: Any) -> None:
     task = planar.unwrapped.task
@@ -65,6 +67,8 @@ def test_a_step_is_as_many_steps_of_the_body(planar: Any) -> None:
         data = step(data, action, ground)
     np.testing.assert_allclose(after.data.qpos, data.qpos, atol=1e-5)
     assert float(after.reward) == pytest.approx(float(data.qpos[0] - state.data.qpos[0]), abs=1e-6)
+
+
 @pytest.mark.slow
 def test_many_walkers_do_what_one_does_and_start_anew(planar: Any) -> None:
     many: Any = gymnasium.make_vec(
@@ -91,6 +95,8 @@ def test_many_walkers_do_what_one_does_and_start_anew(planar: Any) -> None:
     start = np.asarray(reset(jax.random.key(5)).obs)
     np.testing.assert_allclose(obs[anew[0]], start, atol=1e-6)
     assert (told["distance_m"][anew] == 0.0).all()
+
+
 @pytest.mark.slow
 def test_the_interface_is_playgrounds() -> None:
     for body, motors, size in ((Planar7(), 6, 20), (Flame(), 7, 31)):

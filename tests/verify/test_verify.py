@@ -43,6 +43,8 @@ def check_alike(found: Agreement) -> None:
     assert found.engine.cost_of_transport == pytest.approx(cost, rel=5e-3)
     assert found.agrees and found.reference.fell == (False,) * 3
     assert min(found.reference.distance_m) > 0.5
+
+
 @pytest.mark.slow
 def test_the_planar_walker_walks_alike_in_c_mujoco(planar: Agreement) -> None:
     check_alike(planar)
@@ -82,6 +84,8 @@ def test_a_trial_ends_where_its_rules_say() -> None:
     assert 0.1 < lag < 0.106 and not behind.fell  # 5 mm a step
     low = in_c_mujoco(min_hip_height=1.0)
     assert low.steps == 1 and low.fell
+
+
 @pytest.mark.slow
 def test_a_lighter_body_is_noticed(planar: Agreement) -> None:
     walker = shorter("planar-lpd", max_time=1.5, torso_mass=35.0)
