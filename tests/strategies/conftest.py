@@ -1,15 +1,24 @@
 """Compiles the strategies' small programs quickly: they run for less time than they compile."""
 
-from collections.abc import Iterator
+from pathlib import Path
 
 import jax
 import pytest
 
+HERE = Path(__file__).parent
 
-# Not of the package: in a folder without __init__.py that would end with the whole session.
-@pytest.fixture(autouse=True, scope="module")
-def _quick_compilation() -> Iterator[None]:  # pyright: ignore[reportUnusedFunction] # pytest uses it
+
+# Hooks and no fixture: one of this folder, which is no package, would end with the whole session,
+# and one of each module would have the next compile anew what all of them use.
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Compiles quickly from here on."""
     jax.config.update("jax_disable_most_optimizations", True)
-    yield
-    jax.config.update("jax_disable_most_optimizations", False)
-    jax.clear_caches()  # what was compiled so rounds otherwise
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Compiles well again after the last test of this folder."""
+    if nextitem is None or HERE not in nextitem.path.parents:
+        jax.config.update("jax_disable_most_optimizations", False)
+        jax.clear_caches()  # what was compiled so rounds otherwise
