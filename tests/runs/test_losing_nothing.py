@@ -134,9 +134,13 @@ def old_checkpoint(path: Path, **changes: Any) -> None:
         orbax.save(path / "1", packed, custom_metadata=told | changes)
 
 
-def test_a_checkpoint_of_the_older_layout_reads_to_the_same_bits(tmp_path: Path) -> None:
+@pytest.mark.parametrize("inside", [False, True], ids=["absolute", "from a folder in it"])
+def test_a_checkpoint_of_the_older_layout_reads_to_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, inside: bool
+) -> None:
     old_checkpoint(tmp_path)
-    found = checkpoints.restore(tmp_path, 1)
+    monkeypatch.chdir(tmp_path / "1")
+    found = checkpoints.restore(Path("..") if inside else tmp_path, 1)
     assert list(found) == list(ARRAYS)
     for name, array in ARRAYS.items():
         assert (found[name].dtype, found[name].shape) == (array.dtype, array.shape)
