@@ -89,9 +89,18 @@ def xnes(
     )
 
 
-def default_learning_rate(num_weights: int) -> float:
-    """Returns the learning rate of step size and axes in table 1 of Wierstra et al. (2014)."""
-    return (9 + 3 * math.log(num_weights)) / (5 * num_weights * math.sqrt(num_weights))
+def default_learning_rate(num_weights: int, population_size: int) -> float:
+    """Returns the learning rate of step size and axes.
+
+    Up to the population of table 1 in Wierstra et al. (2014), 4 + 3 ln n, it is the table's. ours:
+    beyond, it grows in proportion, as noise of the gradient falls, up to the table's for separable
+    search, which adapts as many variances as there are weights.
+    """
+    root = math.sqrt(num_weights)
+    table = (9 + 3 * math.log(num_weights)) / (5 * num_weights * root)
+    separable = (3 + math.log(num_weights)) / (5 * root)
+    usual = 4 + int(3 * math.log(num_weights))
+    return min(table * max(1.0, population_size / usual), max(table, separable))
 
 
 def symmetric_exponential(matrix: Float[Array, "dim dim"]) -> Float[Array, "dim dim"]:
@@ -131,7 +140,8 @@ def _tell(
     checks.check_told(settings.population_size, population, fitness)
     size = state.mean.size
     rates = (settings.sigma_learning_rate, settings.axes_learning_rate)
-    for_sigma, for_axes = (default_learning_rate(size) if rate is None else rate for rate in rates)
+    usual = default_learning_rate(size, settings.population_size)
+    for_sigma, for_axes = (usual if rate is None else rate for rate in rates)
     utilities = nes_utilities(fitness).astype(state.mean.dtype)
     steps = (vectors.flatten_population(population) - state.mean) / state.sigma
 

@@ -49,7 +49,7 @@ def test_snes_moves_mean_and_sigma_by_algorithm_6():
 
 def test_xnes_moves_mean_sigma_and_axes_by_algorithm_5():
     state = _told(strategies.xnes(population_size=4, sigma=0.5), 0.5)
-    u, rate = _utilities(), default_learning_rate(2)
+    u, rate = _utilities(), (9 + 3 * np.log(2)) / (5 * 2 * np.sqrt(2))  # table 1
     matrix = np.einsum("i,ij,ik->jk", u, NOISE, NOISE) - u.sum() * np.eye(2)
     growth = np.trace(matrix) / 2
     values, basis = np.linalg.eigh(rate / 2 * (matrix - growth * np.eye(2)))
@@ -57,6 +57,12 @@ def test_xnes_moves_mean_sigma_and_axes_by_algorithm_5():
     np.testing.assert_allclose(state.sigma, 0.5 * np.exp(rate / 2 * growth), rtol=1e-5)
     expected = (basis * np.exp(values)) @ basis.T
     np.testing.assert_allclose(state.axes, expected, rtol=1e-4, atol=1e-6)
+
+
+def test_xnes_learns_faster_from_more_genotypes_and_no_faster_than_separably():
+    assert default_learning_rate(40, 15) == pytest.approx(0.01587, rel=1e-3)  # table 1, by hand
+    assert default_learning_rate(40, 30) == pytest.approx(2 * 0.015865, rel=1e-3)
+    assert default_learning_rate(40, 10_000) == pytest.approx(0.21153, rel=1e-3)  # that of SNES
 
 
 def test_pgpe_moves_mean_and_sigma_by_pairs():
