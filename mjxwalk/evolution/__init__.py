@@ -1,6 +1,8 @@
 """Evolution of walkers: one generation, a whole run on disk, and its champion."""
 
-from mjxwalk.evolution.generation import Elites, Evaluator, Evolution, Evolvable, RunState
+from mjxwalk.evolution.elites import Elites
+from mjxwalk.evolution.evolvable import Evaluator, Evolvable
+from mjxwalk.evolution.generation import Evolution, RunState
 from mjxwalk.evolution.goal import Goal
 from mjxwalk.evolution.loop import Reporter, evolve
 from mjxwalk.evolution.measuring import Trials

@@ -11,7 +11,9 @@ import jax
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
-from mjxwalk.evolution.generation import Elites, Evolvable, RunState
+from mjxwalk.evolution.elites import Elites
+from mjxwalk.evolution.evolvable import Evolvable
+from mjxwalk.evolution.generation import RunState
 from mjxwalk.evolution.goal import Trying, take
 from mjxwalk.evolution.measuring import cost_of_transport, over_terrains, speed
 from mjxwalk.fitting import Fitting

@@ -7,7 +7,7 @@ draws from fold_in(key(seed), g); fold_in(key(seed), 0) serves what comes before
 import functools
 import time
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,114 +15,17 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.evolution import memory
-from mjxwalk.evolution.goal import Goal, Trying
+from mjxwalk.evolution.elites import Elites, fittest
+from mjxwalk.evolution.evolvable import Evaluator, Evolvable
+from mjxwalk.evolution.goal import Trying
 from mjxwalk.evolution.measuring import Trials, measure, over_terrains, summarise
-from mjxwalk.rollout import Outcome
 from mjxwalk.runs import Metrics
 from mjxwalk.runs.start import Start
 from mjxwalk.runs.trees import unflatten
-from mjxwalk.strategies import Strategy
 
-NUM_ELITES = 50  # Solomon et al. (2013): the winner is sought among as many last generations' best
 # Folded into the seed's key of runs that start from others, so that the phases of a study, which
 # share a seed, share no random numbers; no generation has so high a number.
 STREAMS = {"winner": 2**32 - 1, "population": 2**32 - 2, "mean": 2**32 - 3}
-
-
-@runtime_checkable
-class Evolvable(Protocol):
-    """What can be evolved: an `Experiment`, or as much of one as the loop needs."""
-
-    @property
-    def generations(self) -> int:
-        """How many of them."""
-        ...
-
-    @property
-    def terrains_per_evaluation(self) -> int:
-        """Trials of each genotype, each on a terrain of its own."""
-        ...
-
-    @property
-    def goal(self) -> Goal:
-        """What ends the evolution earlier."""
-        ...
-
-    @property
-    def weight(self) -> float:
-        """Body weight, N."""
-        ...
-
-    @property
-    def start(self) -> str:
-        """What the evolution starts from: "zero", "winner", "mean" or "population"."""
-        ...
-
-    def template(self) -> Any:
-        """Returns the genotype that generation 0 is drawn around."""
-        ...
-
-    def make_strategy(self) -> Strategy[Any, Any]:
-        """Returns what turns a population and its fitness into the next population."""
-        ...
-
-    def take_over(self, strategy: Any, state: Any, before: Any, elite_fitness: Any) -> Any:
-        """Returns a strategy's state with that of a population evolved before put in.
-
-        Args:
-          strategy: from `make_strategy`.
-          state: of it, as `init` made it.
-          before: arrays of the state to put in, by name.
-          elite_fitness: of that population's last generations, newest last.
-
-        Raises:
-          RunError: the arrays do not fit.
-        """
-        ...
-
-    def first_roughness(self) -> float:
-        """Returns the roughness of generation 1, m."""
-        ...
-
-    def next_roughness(self, roughness: float, fitness: Float[np.ndarray, " pop"]) -> float:
-        """Returns the roughness of the generation after one of that roughness and fitness, m."""
-        ...
-
-    def sample_terrains(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Any:
-        """Returns terrains, leaves [num, ...]; without a roughness those that count in the end."""
-        ...
-
-
-@runtime_checkable
-class Evaluator(Protocol):
-    """Runs an experiment's rollout for populations."""
-
-    @property
-    def compile_s(self) -> float:
-        """Seconds spent compiling so far."""
-        ...
-
-    def prepare(self, population: Any, heights: Any, /) -> None:
-        """Compiles for arguments of these shapes, which may be all that they have."""
-        ...
-
-    def evaluate(self, population: Any, heights: Any, /) -> Outcome:
-        """Returns the outcomes as numpy arrays [pop, terrain]."""
-        ...
-
-
-class Elites(NamedTuple):
-    """The fittest of each of the last generations, newest last.
-
-    Attributes:
-      genotypes: leaves [elite, ...].
-      fitness: in their own generation; NaN in a place not taken yet.
-      generation: 0 in a place not taken yet.
-    """
-
-    genotypes: Any
-    fitness: Float[np.ndarray, " elite"]
-    generation: Int[np.ndarray, " elite"]
 
 
 class RunState(NamedTuple):
@@ -208,11 +111,7 @@ class Evolution:
             fitness=empty,
             outcome=Trials(*[empty] * len(Trials._fields)),
             elite=_on_host(template),
-            elites=Elites(
-                genotypes=jax.tree.map(lambda leaf: np.stack([leaf] * NUM_ELITES), template),
-                fitness=np.full(NUM_ELITES, np.nan, np.float32),
-                generation=np.zeros(NUM_ELITES, np.int32),
-            ),
+            elites=Elites.none(template),
             reached=np.zeros((), bool),
             roughness=np.asarray(self._experiment.first_roughness(), np.float64),
         )
@@ -280,7 +179,7 @@ class Evolution:
             fitness=fitness,
             outcome=summarise(outcome),
             elite=elite,
-            elites=_push(state.elites, elite, fitness[best], generation),
+            elites=state.elites.push(elite, fitness[best], generation),
             reached=np.asarray(passed is not None),
             roughness=np.asarray(
                 experiment.next_roughness(float(state.roughness), fitness), np.float64
@@ -307,23 +206,7 @@ def outer_keys(key: PRNGKeyArray) -> tuple[PRNGKeyArray, PRNGKeyArray]:
     return key_start, key_champion
 
 
-def fittest(fitness: Float[np.ndarray, " pop"]) -> int:
-    """Returns the place of the highest fitness; NaN is lower than any."""
-    return int(np.argmax(np.where(np.isnan(fitness), -np.inf, fitness)))
-
-
 def _on_host(tree: Any) -> Any:
     # A state as it comes back from the disk; it also keeps JAX from compiling a second time for
     # arrays that differ only in whether their type is weak.
     return jax.tree.map(np.asarray, tree)
-
-
-def _push(elites: Elites, genotype: Any, fitness: Any, generation: int) -> Elites:
-    def shift(old: Any, new: Any) -> Any:
-        return np.concatenate([old[1:], np.asarray(new, old.dtype)[None]])
-
-    return Elites(
-        genotypes=jax.tree.map(shift, elites.genotypes, genotype),
-        fitness=shift(elites.fitness, fitness),
-        generation=shift(elites.generation, generation),
-    )

@@ -12,7 +12,8 @@ import numpy as np
 
 from mjxwalk.evolution import champions
 from mjxwalk.evolution.ahead import Ahead
-from mjxwalk.evolution.generation import Evaluator, Evolution, RunState, outer_keys
+from mjxwalk.evolution.evolvable import Evaluator
+from mjxwalk.evolution.generation import Evolution, RunState, outer_keys
 from mjxwalk.evolution.goal import Trying
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Config, Interrupted, Metrics, Result, RunError, folder, metrics, result

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from mjxwalk import runs, walkers
-from mjxwalk.evolution.generation import Evolvable
+from mjxwalk.evolution.evolvable import Evolvable
 from mjxwalk.runs import Run, RunError
 from mjxwalk.runs.config import Origin
 from mjxwalk.runs.start import Arrays, Start

@@ -15,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjxwalk.evolution import champions, loop
-from mjxwalk.evolution.generation import Evaluator, Evolution, RunState, outer_keys
+from mjxwalk.evolution.evolvable import Evaluator
+from mjxwalk.evolution.generation import Evolution, RunState, outer_keys
 from mjxwalk.evolution.goal import Trying
 from mjxwalk.fitting import Fitting
 from mjxwalk.rollout import Outcome

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
+from mjxwalk.experiments import repeating
 from mjxwalk.report.parts import Column, Row, RowGroup, Section, Table, cells, frame, number
 from mjxwalk.report.sources import Phase, Source
-from mjxwalk.zoo import repeating
 
 
 def section(sources: Sequence[Source]) -> Section:

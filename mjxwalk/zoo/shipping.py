@@ -5,9 +5,10 @@ from pathlib import Path
 import mjxwalk
 from mjxwalk import runs, settings, walkers
 from mjxwalk.errors import RunError
+from mjxwalk.experiments import repeating
 from mjxwalk.runs.trees import flatten
 from mjxwalk.tournament import results
-from mjxwalk.zoo import entries, repeating
+from mjxwalk.zoo import entries
 from mjxwalk.zoo.entries import Provenance
 
 

@@ -8,7 +8,7 @@ import pytest
 import toy
 
 from mjxwalk.evolution import Evolution, RunState
-from mjxwalk.evolution.generation import fittest
+from mjxwalk.evolution.elites import fittest
 from mjxwalk.runs import Metrics
 from mjxwalk.runs.trees import flatten, unflatten
 

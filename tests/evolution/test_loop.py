@@ -15,7 +15,7 @@ import toy
 from mjxwalk import runs
 from mjxwalk.evolution import Evolution, RunState, evolve
 from mjxwalk.evolution.champions import choose
-from mjxwalk.evolution.generation import Elites
+from mjxwalk.evolution.elites import Elites
 from mjxwalk.rollout import Outcome
 from mjxwalk.runs import Config, Interrupted, Metrics, Result, RunError, checkpoints, folder
 
