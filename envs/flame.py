@@ -2,7 +2,7 @@
 
 Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
 walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/1059712312462904, sections 2.1 and
-3.5. The body is in `flame.xml` and `flame_body.py`.
+3.5. The body is in `flame.xml` and `flame_body.py`, or in a file of the user's.
 """
 
 import dataclasses
@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.envs import checks, dynamics, floating, motor, trial
+from mjxwalk.envs import checks, dynamics, flame_body, floating, motor, trial
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.flame_body import (
     ACTUATED,
@@ -30,11 +30,7 @@ from mjxwalk.envs.flame_body import (
     MAX_SPEED,
     PITCH,
     ROLL,
-    floating_model,
-    hinged_model,
-    joint_ranges,
     on_joints,
-    start,
 )
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.motor import Action
@@ -105,6 +101,8 @@ class Flame:
     """The body, its ground, and the rules of a trial.
 
     Attributes:
+      body: MJCF of a user's body, "" for ours; `mjxwalk.experiments.own_body` takes what hangs on
+        its size from it.
       terrain: shape of the ground.
       contact: law of the ground at each of a foot's four corners.
       joint_stop: law of the joints' limits.
@@ -126,6 +124,7 @@ class Flame:
       max_time: the trial ends then, s.
     """
 
+    body: str = dataclasses.field(default="", repr=False)
     terrain: SerpentineWalk = SerpentineWalk()
     # A quarter each of the foot's 50,000 N/m and 2,500 N s/m, section 2.3.
     contact: SoftContact = SoftContact(stiffness=12_500.0, damping=625.0)
@@ -153,25 +152,38 @@ class Flame:
             raise ValueError(
                 f'integrator must be "implicit" or "explicit", got "{self.integrator}"'
             )
+        if self.body:
+            flame_body.check(self.body)
 
     @property
     def model(self) -> dynamics.Model:
         """The compiled body."""
-        return hinged_model()
+        return flame_body.hinged_model(self.body)
 
     @property
     def floating(self) -> dynamics.Model:
         """The same with a free root, as `mjxwalk.envs.floating` takes it."""
-        return floating_model()
+        return flame_body.floating_model(self.body)
 
     @property
     def weight(self) -> float:
         """Body weight, N."""
         return GRAVITY * float(self.model.mujoco.body_subtreemass[0])
 
+    @property
+    def leg_length(self) -> float:
+        """Hip to floor with the leg straight, m."""
+        return flame_body.leg_length(self.body)
+
+    @property
+    def limits(self) -> motor.Limits | None:
+        """Of the motors; None if none is limited."""
+        return flame_body.limits(self.body)
+
     def reset(self, terrain: Terrain) -> State:
         """Returns a walker in the middle of a step, the left foot in the air."""
-        qpos, qvel, ankle_x = start(self.weight / (4.0 * self.contact.stiffness))
+        depth = self.weight / (4.0 * self.contact.stiffness)
+        qpos, qvel, ankle_x = flame_body.start(self.body, depth)
         ground = self.terrain.height(terrain, jnp.zeros(()), jnp.zeros(()))
         return State(
             qpos=jnp.asarray(qpos).at[2].add(ground),
@@ -213,7 +225,8 @@ class Flame:
         qacc = jnp.concatenate([axes @ qacc[:3], turning, qacc[JOINTS]])
         qvel = state.qvel + self.timestep * qacc
         rate = (qvel if self.integrator == "implicit" else state.qvel)[ACTUATED]
-        applied = motor.torque(action, state.qpos[ACTUATED], rate, ahead=self._ahead)
+        rates = state.qvel[ACTUATED], rate
+        applied = motor.given(action, state.qpos[ACTUATED], rates, self.limits, ahead=self._ahead)
         ankles = data.xpos[np.array([self.floating.mujoco.body(foot).id for foot in FEET])]
         # Seen along the torso's pitch, the heading is level.
         cosine, sine = jnp.cos(state.qpos[PITCH]), jnp.sin(state.qpos[PITCH])
@@ -299,16 +312,28 @@ class Flame:
         """Returns the joints' torque, N m, and its implicit part as inertia, kg m^2."""
         angle, rate = state.qpos[JOINTS], state.qvel[JOINTS]
         implicit = self.integrator == "implicit"
-        lower, upper = joint_ranges()
+        lower, upper = flame_body.joint_ranges(self.body)
         stop = self.joint_stop.torque(
             angle, rate, lower, upper, timestep=self.timestep, implicit=implicit
         )
         driven = self._with_springs(action)
-        inertia = motor.added_inertia(driven, self.timestep) if implicit else 0.0
-        return (
-            motor.torque(driven, angle, rate, ahead=self._ahead) + stop.torque,
-            inertia + stop.added_inertia,
-        )
+        drive = motor.driven(driven, angle, rate, self._joint_limits, ahead=self._ahead)
+        torque, inertia = drive.torque + stop.torque, drive.added_inertia + stop.added_inertia
+        springs = flame_body.springs(self.body)
+        if springs is None:
+            return torque, inertia
+        passive = motor.sprung(springs, angle, rate, ahead=self._ahead)
+        return torque + passive.torque, inertia + passive.added_inertia
+
+    @property
+    def _joint_limits(self) -> motor.Limits | None:
+        """The motors' limits on all nine joints."""
+        if self.limits is None:
+            return None
+        lowest, highest = np.full((2, 9), np.inf, np.float32)
+        motors = ACTUATED - JOINTS.start
+        lowest[motors], highest[motors] = self.limits
+        return motor.Limits(np.where(lowest == np.inf, -np.inf, lowest), highest)
 
     def _with_springs(self, action: Action) -> Action:
         """Returns the action of all nine joints: the ankles' rolls are passive springs."""

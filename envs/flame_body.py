@@ -8,13 +8,16 @@ of the trial; a walker that pitched as far as their singularity would have falle
 
 import functools
 from pathlib import Path
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjxwalk.envs import dynamics, floating
+from mjxwalk.envs import body_file, body_legs, dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.body_contract import HINGE, SLIDE, Contract, Joint, Link
+from mjxwalk.envs.motor import Limits, Springs
 
 MODEL_PATH = Path(__file__).with_name("flame.xml")
 LEGS = ("left", "right")
@@ -50,36 +53,123 @@ START_ANGLE = {
 START_RATE = {"hip_left": 1.5, "hip_right": -1.0, "ankle_right": 1.0}  # rad/s
 
 
+def _leg(side: str, out: int) -> tuple[Link, ...]:
+    """Returns the links of a leg, its outer side towards y times `out`."""
+    ankle = Joint(f"ankle_{side}", HINGE, (0, -1, 0))
+    roll = Joint(f"ankle_roll_{side}", HINGE, (out, 0, 0))
+    return (
+        Link(f"hip_link_{side}", "torso", (Joint(f"adduction_{side}", HINGE, (out, 0, 0)),)),
+        Link(f"thigh_{side}", f"hip_link_{side}", (Joint(f"hip_{side}", HINGE, (0, -1, 0)),)),
+        Link(f"shank_{side}", f"thigh_{side}", (Joint(f"knee_{side}", HINGE, (0, 1, 0)),)),
+        Link(f"foot_{side}", f"shank_{side}", (ankle, roll)),
+    )
+
+
+ROOT = (
+    Joint("root_x", SLIDE, (1, 0, 0)),
+    Joint("root_y", SLIDE, (0, 1, 0)),
+    Joint("root_z", SLIDE, (0, 0, 1)),
+    Joint("root_yaw", HINGE, (0, 0, 1)),
+    Joint("root_pitch", HINGE, (0, 1, 0)),
+    Joint("root_roll", HINGE, (1, 0, 0)),
+)
+CONTRACT = Contract(
+    kind="spatial",
+    links=(Link("torso", "world", ROOT), *_leg("left", 1), *_leg("right", -1)),
+    sites=tuple((site, f"foot_{site.rpartition('_')[2]}") for site in CONTACT_SITES),
+    motors=("adduction_left", *(f"{j}_{leg}" for leg in LEGS for j in ("hip", "knee", "ankle"))),
+    tied=("adduction_left", "adduction_right"),
+)
+
+
+def check(text: str) -> None:
+    """Returns if a user's XML is a spatial body.
+
+    Raises:
+      ValueError: it is not; the message names what, and says what to do.
+    """
+    body_file.check(text, CONTRACT)
+    if leg_length(text) <= 0.0:
+        raise ValueError("has its feet's sites above the hips; at all angles zero it must stand")
+    if np.any(hinged_model(text).mujoco.qpos_spring[FIRST_JOINT[ANKLE_ROLLS]]):
+        raise ValueError("joint ankle_roll_left has springref, and must rest at 0; remove it")
+
+
+def spec(text: str) -> Any:
+    """Returns the `mujoco.MjSpec` of a user's XML, or of ours for the text ""."""
+    made = body_file.read(text or MODEL_PATH.read_text())
+    for equality in list(made.equalities):
+        made.delete(equality)  # the adductions', which coordinates see to
+    return made
+
+
+@functools.cache
+def leg_length(text: str) -> float:
+    """Returns hip to floor with the leg straight, m; of our body for the text ""."""
+    model = hinged_model(text).mujoco
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    # Rounded, so that lengths which are the same but for the sums of their parts are the same.
+    return round(-min(float(data.site(name).xpos[2]) for name in CONTACT_SITES), 9)
+
+
+def ankle_roll(text: str) -> tuple[float, float]:
+    """Returns stiffness and damping that a file gives the ankles' roll."""
+    model = hinged_model(text).mujoco
+    joint = model.joint("ankle_roll_left").id
+    return float(model.jnt_stiffness[joint]), float(model.dof_damping[joint])
+
+
+def springs(text: str) -> Springs | None:
+    """Returns the passive springs and dampers of the nine coordinates but the ankles' roll."""
+    model = hinged_model(text).mujoco
+    joints = [np.flatnonzero(COORDINATE == c).tolist() for c in range(6, 15)]
+    found = body_legs.springs(model, joints)
+    if found is None:
+        return None
+    kept = np.ones(9, np.float32)
+    kept[ANKLE_ROLLS - JOINTS.start] = 0.0
+    if not (kept * found.stiffness).any() and not (kept * found.damping).any():
+        return None
+    return Springs(kept * found.stiffness, found.rest, kept * found.damping)
+
+
+def limits(text: str) -> Limits | None:
+    """Returns the limits of the seven motors."""
+    model = hinged_model(text).mujoco
+    return body_legs.limits(model, FIRST_JOINT[ACTUATED].tolist())
+
+
 def on_joints(values: Float[Array, "9"]) -> Float[Array, "16"]:
     """Returns the nine joints' values for the model's sixteen, the adduction's once."""
     return jnp.concatenate([jnp.zeros(6), values[:5], jnp.zeros(1), values[5:]])
 
 
-def joint_ranges() -> tuple[Float[np.ndarray, "9"], Float[np.ndarray, "9"]]:
+def joint_ranges(text: str) -> tuple[Float[np.ndarray, "9"], Float[np.ndarray, "9"]]:
     """Returns where the soft stops of the nine joints begin, rad."""
-    lower, upper = hinged_model().mujoco.jnt_range.astype(np.float32).T
+    lower, upper = hinged_model(text).mujoco.jnt_range.astype(np.float32).T
     return lower[FIRST_JOINT[JOINTS]], upper[FIRST_JOINT[JOINTS]]
 
 
 @functools.cache
-def hinged_model() -> dynamics.Model:
+def hinged_model(text: str) -> dynamics.Model:
     """Returns the compiled body with a hinge for each of the torso's angles."""
-    return dynamics.compile_model(mujoco.MjSpec.from_file(str(MODEL_PATH)))
+    return dynamics.compile_model(spec(text))
 
 
 @functools.cache
-def floating_model() -> dynamics.Model:
+def floating_model(text: str) -> dynamics.Model:
     """Returns the compiled body with a free root."""
-    spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
-    return dynamics.compile_model(floating.freed(spec, "torso"))
+    return dynamics.compile_model(floating.freed(spec(text), "torso"))
 
 
 @functools.cache
 def start(
+    text: str,
     depth: float,
 ) -> tuple[Float[np.ndarray, "15"], Float[np.ndarray, "15"], Float[np.ndarray, "2"]]:
     """Returns qpos, qvel and `ankle_x` of the start, the right sole that far below height zero."""
-    model = hinged_model().mujoco
+    model = hinged_model(text).mujoco
     data = mujoco.MjData(model)
     for values, settings in ((data.qpos, START_ANGLE), (data.qvel, START_RATE)):
         for name, value in settings.items():

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjxwalk.envs._mujoco import mjx
+from mjxwalk.envs._mujoco import mjx, mujoco
 from mjxwalk.envs.dynamics import Model
 
 X, Y, Z = np.eye(3)
@@ -80,7 +80,7 @@ def forward(
     Spatial vectors refer to the root's origin, which `subtree_com` says too.
 
     Args:
-      model: a tree with a free root, hinges about its bodies' axes and inertias along them.
+      model: a tree with a free root and hinges about its bodies' axes, none of which is turned.
       angles: of the hinges, rad.
       qvel: the root's velocity and angular velocity in its axes, then the hinges' rates.
       gravity: in the root's axes, m/s^2.
@@ -124,6 +124,8 @@ def _inertias(
         mass, (a, b, c) = m.body_mass[body], m.body_inertia[body]
         x, y, z = xmat[body].T
         centre = xpos[body] + _along((x, y, z), m.body_ipos[body])
+        if m.body_iquat[body][0] != 1.0:
+            x, y, z = (_along((x, y, z), axis) for axis in _turn(m.body_iquat[body]).T)
         # x x' + y y' + z z' = 1 saves the third axis.
         outer = (c - a) * x[:, None] * x + (c - b) * y[:, None] * y
         outer += mass * centre[:, None] * centre
@@ -131,6 +133,13 @@ def _inertias(
         apart = -jnp.stack([outer[0, 1], outer[0, 2], outer[1, 2]])
         rows.append(jnp.concatenate([own, apart, mass * centre, jnp.full(1, mass)]))
     return jnp.stack(rows)
+
+
+def _turn(quat: Float[np.ndarray, "4"]) -> Float[np.ndarray, "3 3"]:
+    """Returns the matrix of a quaternion, w first."""
+    flat = np.zeros(9)
+    mujoco.mju_quat2Mat(flat, quat)
+    return flat.reshape(3, 3)
 
 
 def _identity() -> Frame:

@@ -1,8 +1,10 @@
-"""What a controller asks of a body's motors, and what they give."""
+"""What a controller asks of a body's motors, what they give, and what joints do by themselves."""
 
 from typing import NamedTuple
 
-from jaxtyping import Array, Float
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
 
 
 class Action(NamedTuple):
@@ -21,6 +23,39 @@ class Action(NamedTuple):
     damping: Float[Array, " joint"]
 
 
+class Limits(NamedTuple):
+    """What motors can give at least and at most, N m; infinite where they are not limited."""
+
+    lowest: Float[np.ndarray, " joint"]
+    highest: Float[np.ndarray, " joint"]
+
+
+class Springs(NamedTuple):
+    """Passive springs and dampers of joints.
+
+    Attributes:
+      stiffness: N m/rad.
+      rest: angle without torque, rad.
+      damping: N m s/rad.
+    """
+
+    stiffness: Float[np.ndarray, " joint"]
+    rest: Float[np.ndarray, " joint"]
+    damping: Float[np.ndarray, " joint"]
+
+
+class Drive(NamedTuple):
+    """What motors do in a step.
+
+    Attributes:
+      torque: that is known before the step, N m.
+      added_inertia: stands for the implicit rest, kg m^2.
+    """
+
+    torque: Float[Array, " joint"]
+    added_inertia: Float[Array, " joint"]
+
+
 def torque(
     action: Action, angle: Float[Array, " joint"], rate: Float[Array, " joint"], *, ahead: float
 ) -> Float[Array, " joint"]:
@@ -37,3 +72,67 @@ def torque(
 def added_inertia(action: Action, timestep: float) -> Float[Array, " joint"]:
     """Returns what of implicit motors belongs on the mass matrix's diagonal, kg m^2."""
     return timestep * (action.damping + timestep * action.stiffness)
+
+
+def driven(
+    action: Action,
+    angle: Float[Array, " joint"],
+    rate: Float[Array, " joint"],
+    limits: Limits | None,
+    *,
+    ahead: float,
+) -> Drive:
+    """Returns what motors do in a step, `ahead` seconds long if it is implicit, else 0.
+
+    A motor whose known part is beyond its limit gives its limit, which does not depend on what the
+    step brings and so has no implicit part.
+    """
+    asked = torque(action, angle, rate, ahead=ahead)
+    inertia = added_inertia(action, ahead)
+    if limits is None:
+        return Drive(asked, inertia)
+    beyond = _beyond(asked, limits)
+    return Drive(_within(asked, limits), jnp.where(beyond, 0.0, inertia))
+
+
+def given(
+    action: Action,
+    angle: Float[Array, " joint"],
+    rates: tuple[Float[Array, " joint"], Float[Array, " joint"]],
+    limits: Limits | None,
+    *,
+    ahead: float,
+) -> Float[Array, " joint"]:
+    """Returns what motors gave in a step, N m.
+
+    Args:
+      action: that they were asked for.
+      angle: before the step, rad.
+      rates: before the step, and at the time that forces were taken at, rad/s.
+      limits: of the motors; None for none.
+      ahead: length of an implicit step, s; 0 of an explicit one.
+    """
+    before, taken = rates
+    gave = torque(action, angle, taken, ahead=ahead)
+    if limits is None:
+        return gave
+    asked = torque(action, angle, before, ahead=ahead)
+    return jnp.where(_beyond(asked, limits), _within(asked, limits), gave)
+
+
+def sprung(
+    springs: Springs, angle: Float[Array, " joint"], rate: Float[Array, " joint"], *, ahead: float
+) -> Drive:
+    """Returns what passive springs and dampers do in a step, likewise."""
+    off_rest = springs.rest - angle - ahead * rate
+    inertia = ahead * (springs.damping + ahead * springs.stiffness)
+    push = jnp.asarray(springs.stiffness * off_rest - springs.damping * rate)
+    return Drive(push, jnp.asarray(inertia))
+
+
+def _beyond(asked: Float[Array, " joint"], limits: Limits) -> Bool[Array, " joint"]:
+    return (asked < limits.lowest) | (asked > limits.highest)
+
+
+def _within(asked: Float[Array, " joint"], limits: Limits) -> Float[Array, " joint"]:
+    return jnp.clip(asked, limits.lowest, limits.highest)

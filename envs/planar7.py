@@ -3,36 +3,32 @@
 Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and 3D bipedal
 walking over rough terrain", Adaptive Behavior 21(1), doi 10.1177/1059712312462904, sections 2.1 to
 2.3. Nine degrees of freedom: the hip's x and z, the upper body's pitch, and hip, knee and ankle of
-each leg. Flexion, dorsiflexion and forward lean are positive. The body is in `planar7.xml`.
+each leg. Flexion, dorsiflexion and forward lean are positive. The body is in `planar7.xml`, or in a
+file of the user's, see `planar7_body.py`.
 """
 
 import dataclasses
-import functools
-from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.envs import checks, dynamics, motor, trial
-from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs import checks, dynamics, motor, planar7_body, trial
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.motor import Action
+from mjxwalk.envs.planar7_body import (
+    ACTUATED,
+    CONTACT_SITES,
+    FEET,
+    GRAVITY,
+    Masses,
+)
 from mjxwalk.envs.terrain import RandomWalk, Terrain
 
-MODEL_PATH = Path(__file__).with_name("planar7.xml")
-LEGS = ("left", "right")
-JOINTS = ("hip", "knee", "ankle")
-FEET = tuple(f"foot_{leg}" for leg in LEGS)
-CONTACT_SITES = tuple(f"{point}_{leg}" for leg in LEGS for point in ("heel", "toe"))
-LEG_LENGTH = 0.9275  # m, hip to floor with the leg straight; a test holds it to planar7.xml
-SOLE_DEPTH = 0.068  # m, ankle to sole; likewise
-GRAVITY = 9.81  # m/s^2, as in MuJoCo
 # ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
 MAX_SPEED = np.array([50.0] * 2 + [1000.0] * 7, np.float32)  # m/s, rad/s
-ACTUATED = slice(3, 9)  # of qpos and qvel
 
 
 class Observation(NamedTuple):
@@ -94,6 +90,8 @@ class Planar7:
     """The body, its ground, and the rules of a trial.
 
     Attributes:
+      body: MJCF of a user's body, "" for ours; `mjxwalk.experiments.own_body` takes the masses and
+        what hangs on lengths from it.
       torso_mass: kg; a link's moment of inertia scales with its mass.
       thigh_mass: kg, each.
       shank_mass: kg, each.
@@ -116,6 +114,7 @@ class Planar7:
       max_time: the trial ends then, s.
     """
 
+    body: str = dataclasses.field(default="", repr=False)
     torso_mass: float = 47.46
     thigh_mass: float = 7.0
     shank_mass: float = 3.255
@@ -142,26 +141,45 @@ class Planar7:
             raise ValueError(
                 f'integrator must be "implicit" or "explicit", got "{self.integrator}"'
             )
+        if self.body:
+            planar7_body.check(self.body)
+            planar7_body.check_start(self.body, self.start_hip_angle)
 
     @property
     def weight(self) -> float:
         """Body weight, N."""
-        legs = 2.0 * (self.thigh_mass + self.shank_mass + self.foot_mass)
-        return GRAVITY * (self.torso_mass + legs)
+        return GRAVITY * float(self.model.mujoco.body_subtreemass[0])
 
     @property
     def model(self) -> dynamics.Model:
         """The compiled body."""
-        return _compile(self.torso_mass, self.thigh_mass, self.shank_mass, self.foot_mass)
+        masses = Masses(self.torso_mass, self.thigh_mass, self.shank_mass, self.foot_mass)
+        return planar7_body.compile_body(self.body, masses)
+
+    @property
+    def leg_length(self) -> float:
+        """Hip to floor with the leg straight, m."""
+        return planar7_body.sizes(self.body).leg
+
+    @property
+    def sole_depth(self) -> float:
+        """Ankle to sole, m."""
+        return planar7_body.sizes(self.body).sole
+
+    @property
+    def limits(self) -> motor.Limits | None:
+        """Of the motors; None if none is limited."""
+        return planar7_body.limits(self.model.mujoco)
 
     def reset(self, terrain: Terrain) -> State:
         """Returns a walker at rest, one leg ahead of the other, soles level on the ground."""
         hip = self.start_hip_angle
-        qpos = jnp.array([0.0, LEG_LENGTH * np.cos(hip), 0.0, hip, 0.0, -hip, -hip, 0.0, hip])
+        leg, sole = self.leg_length, self.sole_depth
+        qpos = jnp.array([0.0, leg * np.cos(hip), 0.0, hip, 0.0, -hip, -hip, 0.0, hip])
         ground = self.terrain.height(terrain, qpos[0])
-        ahead = (LEG_LENGTH - SOLE_DEPTH) * np.sin(hip)
+        ahead = (leg - sole) * np.sin(hip)
         return State(
-            qpos=qpos.at[1].add(ground - SOLE_DEPTH * (np.cos(hip) - 1.0)),
+            qpos=qpos.at[1].add(ground - sole * (np.cos(hip) - 1.0)),
             qvel=jnp.zeros(9),
             stretch=jnp.zeros(4),
             touching=jnp.ones(4, bool),
@@ -203,7 +221,8 @@ class Planar7:
         qvel = state.qvel + self.timestep * qacc
         qpos = state.qpos + self.timestep * qvel
         rate = (qvel if self.integrator == "implicit" else state.qvel)[ACTUATED]
-        applied = motor.torque(action, state.qpos[ACTUATED], rate, ahead=self._ahead)
+        rates = state.qvel[ACTUATED], rate
+        applied = motor.given(action, state.qpos[ACTUATED], rates, self.limits, ahead=self._ahead)
         touching = jnp.stack([contact.touching for contact in contacts])
         ankles = jnp.stack([data.xpos[self.model.mujoco.body(foot).id, 0] for foot in FEET])
         moved = state._replace(
@@ -259,25 +278,14 @@ class Planar7:
         """Returns the joints' torque, N m, and its implicit part as inertia, kg m^2."""
         angle, rate = state.qpos[ACTUATED], state.qvel[ACTUATED]
         implicit = self.integrator == "implicit"
-        lower, upper = self.model.mujoco.jnt_range[ACTUATED].astype(np.float32).T
+        lower, upper = planar7_body.stops(self.model.mujoco)
         stop = self.joint_stop.torque(
             angle, rate, lower, upper, timestep=self.timestep, implicit=implicit
         )
-        inertia = motor.added_inertia(action, self.timestep) if implicit else 0.0
-        return (
-            motor.torque(action, angle, rate, ahead=self._ahead) + stop.torque,
-            inertia + stop.added_inertia,
-        )
-
-
-@functools.cache
-def _compile(torso: float, thigh: float, shank: float, foot: float) -> dynamics.Model:
-    spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
-    masses = {"torso": torso}
-    for leg in LEGS:
-        masses |= {f"thigh_{leg}": thigh, f"shank_{leg}": shank, f"foot_{leg}": foot}
-    for name, mass in masses.items():
-        body = spec.body(name)
-        body.inertia = np.array(body.inertia) * (mass / body.mass)
-        body.mass = mass
-    return dynamics.compile_model(spec)
+        drive = motor.driven(action, angle, rate, self.limits, ahead=self._ahead)
+        torque, inertia = drive.torque + stop.torque, drive.added_inertia + stop.added_inertia
+        springs = planar7_body.springs(self.model.mujoco)
+        if springs is None:
+            return torque, inertia
+        passive = motor.sprung(springs, angle, rate, ahead=self._ahead)
+        return torque + passive.torque, inertia + passive.added_inertia

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from mjxwalk import experiments
+from mjxwalk.cli import own_body
 from mjxwalk.errors import RunError, near
 from mjxwalk.evolution import starting
 from mjxwalk.experiments.scaling import scaled
@@ -37,7 +38,10 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
       RunError: a setting is unknown or has a wrong value, or the run cannot start from what it
         was told to.
     """
-    experiment = _with_flags(asked, scaled(experiments.get(asked.experiment), asked.scale))
+    experiment = scaled(experiments.get(asked.experiment), asked.scale)
+    if asked.body is not None:
+        experiment = own_body.put(experiment, asked.body)
+    experiment = _with_flags(asked, experiment)
     if asked.strategy is not None:
         experiment = _with_strategy(asked.strategy, experiment)
     for path, value in _assignments(asked):
@@ -86,7 +90,10 @@ def choose_study(asked: "Evolve") -> StudyConfig:
       RunError: a setting is unknown or has a wrong value.
     """
     study = experiments.get_study(asked.experiment).scaled(asked.scale)
-    phases = {name: _with_flags(asked, experiment) for name, experiment in study.phases}
+    phases = dict(study.phases)
+    if asked.body is not None:
+        phases = {name: own_body.put(each, asked.body) for name, each in phases.items()}
+    phases = {name: _with_flags(asked, experiment) for name, experiment in phases.items()}
     for path, value in _assignments(asked):
         name, _, rest = path.partition(".")
         if name not in phases or not rest:
@@ -150,7 +157,11 @@ def _with_links(asked: "Evolve", phases: dict[str, Any], links: str) -> dict[str
 
 def _assignments(asked: "Evolve") -> list[tuple[str, str]]:
     pairs = [assignment.partition("=") for assignment in asked.set]
-    return [(path.strip(), value.strip()) for path, _, value in pairs]
+    given = [(path.strip(), value.strip()) for path, _, value in pairs]
+    for path, _ in given:
+        if path.endswith("env.body"):
+            raise RunError("env.body goes with settings that belong to it; use --body FILE")
+    return given
 
 
 def _read_links(path: Path) -> str:

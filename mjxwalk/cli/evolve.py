@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from mjxwalk import experiments
+from mjxwalk.cli import own_body
 from mjxwalk.cli.parsing import (
     CountOrAll,
     NameOrCluster,
@@ -76,6 +77,8 @@ class Evolve(Together, Following):
       population: genotypes a generation.
       terrains: trials of each genotype, each on a terrain of its own.
       roughness: step of the random terrain, m.
+      body: MJCF file of a body of your own, or a run that has one; docs/body.md tells what it must
+        hold.
       links: JSON file with the inputs that each network sees besides its own angle, rate and bias.
       engine: what runs the trials; auto takes the fastest on this machine.
       out: folder of the run, new or empty.
@@ -97,6 +100,7 @@ class Evolve(Together, Following):
     population: OptionalInt = None
     terrains: OptionalInt = None
     roughness: OptionalFloat = None
+    body: Annotated[Path | None, tyro.conf.arg(metavar="FILE|RUN")] = None
     links: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
     out: OutPath = None
@@ -154,6 +158,8 @@ class Evolve(Together, Following):
                 raise RunError(f"--{flag.replace('_', '-')} must be at least 1, got {value}")
         if not 0 < self.scale < float("inf"):
             raise RunError(f"--scale must be a number above 0, got {self.scale}")
+        if self.body is not None:
+            own_body.check(self.body)
         for assignment in self.set:
             if "=" not in assignment:
                 raise RunError(f"--set needs PATH=VALUE, got {assignment!r}")

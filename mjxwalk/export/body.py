@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from mjxwalk.envs import Flame, Planar7, flame_body, planar7
+from mjxwalk.envs import Flame, Planar7, flame_body, planar7_body
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
 
@@ -20,16 +20,18 @@ def as_mjcf(env: Any) -> bytes:
       RunError: the body is not known here.
     """
     if isinstance(env, Planar7):
-        spec = mujoco.MjSpec.from_file(str(planar7.MODEL_PATH))
+        spec = planar7_body.spec(env.body)
     elif isinstance(env, Flame):
-        spec = mujoco.MjSpec.from_file(str(flame_body.MODEL_PATH))
+        spec = flame_body.spec(env.body)
         _couple(spec, env)
     else:
         raise RunError(f"a {type(env).__name__} cannot be exported; Planar7 and Flame can")
     model = env.model.mujoco
     for body in spec.bodies[1:]:
-        body.mass = float(model.body(body.name).mass[0])
-        body.inertia = np.array(model.body(body.name).inertia)
+        found = model.body(body.name)
+        body.mass, body.inertia = float(found.mass[0]), np.array(found.inertia)
+        body.ipos, body.iquat = np.array(found.ipos), np.array(found.iquat)
+        body.explicitinertial = True
     spec.option.timestep = env.timestep
     laws = {
         "contact_stiffness": env.contact.stiffness,
@@ -38,6 +40,8 @@ def as_mjcf(env: Any) -> bytes:
         "joint_stop_stiffness": env.joint_stop.stiffness,
         "joint_stop_damping": env.joint_stop.damping,
     }
+    for old in [each for each in spec.numerics if each.name in laws]:
+        spec.delete(old)  # of a body that was exported before
     for name, value in laws.items():
         spec.add_numeric(name=name, data=[value], size=1)
     spec.compile()
@@ -57,7 +61,9 @@ def _couple(spec: Any, env: Flame) -> None:
     for leg in flame_body.LEGS:
         roll = spec.joint(f"ankle_roll_{leg}")
         roll.stiffness[0], roll.damping[0] = env.ankle_roll_stiffness, env.ankle_roll_damping
-    names = ["adduction_left", *(f"{j}_{s}" for s in flame_body.LEGS for j in planar7.JOINTS)]
+    if spec.actuators:
+        return
+    names = ["adduction_left", *(f"{j}_{s}" for s in flame_body.LEGS for j in planar7_body.JOINTS)]
     for name in names:
         motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         motor.set_to_motor()

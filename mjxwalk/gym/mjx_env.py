@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.envs import Action, Flame, Planar7, Terrain, flame_body, planar7
+from mjxwalk.envs import Action, Flame, Planar7, Terrain, flame_body, planar7_body
 from mjxwalk.watch import bodies
 
 CONTROL_SECONDS = 0.01  # ours: a hundred decisions a second, as is usual for walking robots
@@ -135,9 +135,9 @@ class MjxEnv:
 
     @property
     def xml_path(self) -> str:
-        """The body's file."""
+        """The body's file, of our own bodies; `mj_model` is right of all."""
         planar = isinstance(self.env, Planar7)
-        return str(planar7.MODEL_PATH if planar else flame_body.MODEL_PATH)
+        return str(planar7_body.MODEL_PATH if planar else flame_body.MODEL_PATH)
 
     @property
     def action_size(self) -> int:

@@ -27,7 +27,7 @@ ADDED: dict[str, Any] = {
     "arena": {},
     "pruning": None,
     "goal": {"fine_trials": 0, "fine_factor": 4},
-    "env": {"min_speed": 0.0, "max_lag": 1e9},
+    "env": {"min_speed": 0.0, "max_lag": 1e9, "body": ""},
 }
 
 

@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk.envs import Flame, Planar7, Reil, State, Terrain, flame, flame_body
-from mjxwalk.envs.planar7 import LEG_LENGTH, SOLE_DEPTH
 
 DRAWS = 3  # for each trial, one for each number that is perturbed
 
@@ -50,7 +49,7 @@ class PerturbedPlanar7(Planar7):
     def perturb(self, state: State, draws: Float[Array, " draw"]) -> State:
         """Returns a start of the usual kind as the draws, from -1 to 1, change it."""
         most, usual = self.perturbation, self.start_hip_angle
-        leg = LEG_LENGTH - SOLE_DEPTH  # m, hip to ankle
+        leg = self.leg_length - self.sole_depth  # m, hip to ankle
         hip = usual + most.hip_angle * draws[0]
         x, z, pitch = state.qpos[0], state.qpos[1], state.qpos[2]
         push, pitch_rate = most.push * draws[1], most.pitch_rate * draws[2]
@@ -100,7 +99,7 @@ class PerturbedFlame(Flame):
         most = self.perturbation
         left_hip, right_hip = flame_body.HIPS
         push, pitch_rate = most.push * draws[1], most.pitch_rate * draws[2]
-        qvel = state.qvel.at[1].add(push).at[flame_body.ROLL].add(-push / flame_body.LEG_LENGTH)
+        qvel = state.qvel.at[1].add(push).at[flame_body.ROLL].add(-push / self.leg_length)
         for turns in (flame_body.PITCH, left_hip, right_hip):
             qvel = qvel.at[turns].add(pitch_rate)
         return state._replace(

@@ -27,6 +27,7 @@ class Body(NamedTuple):
       tie: rates of the joints as a matrix times those of the body's coordinates.
       coordinates: joints whose values are the coordinates.
       motors: their joints, in the order of an action.
+      limits: least and greatest torque of each, N m; infinite where it has none.
       stopped: joints with stops.
       sites: of contact.
       feet: ids of their bodies, left and right.
@@ -37,6 +38,7 @@ class Body(NamedTuple):
     tie: Float[np.ndarray, "joint coordinate"]
     coordinates: list[int]
     motors: list[int]
+    limits: Float[np.ndarray, "motor 2"]
     stopped: list[int]
     sites: list[int]
     feet: list[int]
@@ -111,17 +113,21 @@ class Walkers:
         force, inertia, push = self._ground(datas, qpos, qvel, walking)
         diagonal = self._on_joints(force, qpos, qvel, datas)
         angle, rate = qpos[:, self.body.motors], qvel[:, self.body.motors]
-        force[:, self.body.motors] += _motor(action, angle, rate, dt * self.implicit)
+        asked = _motor(action, angle, rate, dt * self.implicit)
+        limited = np.clip(asked, *self.body.limits.T)
+        force[:, self.body.motors] += limited
         if self.implicit:
             added = dt * (np.asarray(action.damping) + dt * np.asarray(action.stiffness))
-            diagonal[:, self.body.motors] += added
+            # A motor at its limit does not yield to what the step brings.
+            diagonal[:, self.body.motors] += np.where(limited == asked, added, 0.0)
         joints = np.arange(model.nv)
         inertia[:, joints, joints] += diagonal
         self.place(walking, *self._moved(datas, qpos, qvel, force, inertia))
         self.stretch[walking] = push.stretch
         after = self.qvel[walking][:, self.body.motors]
         held = after if self.implicit else rate
-        return Step(push, feet, _motor(action, angle, held, dt * self.implicit), after)
+        gave = _motor(action, angle, held, dt * self.implicit)
+        return Step(push, feet, np.where(limited == asked, gave, limited), after)
 
     def place(self, walking: Int[np.ndarray, " walking"], qpos: Any, qvel: Any) -> None:
         """Puts walkers where they are to be [walking, joint]."""
@@ -178,6 +184,8 @@ class Walkers:
         )
         force[:, stopped] += torque
         diagonal[:, stopped] += inertia
+        if not self.implicit and self.body.tangents == 1:
+            return diagonal  # C MuJoCo's own step adds passive forces
         force += np.array([data.qfrc_passive for data in datas])
         if self.implicit:
             force -= dt * model.jnt_stiffness * qvel
@@ -220,11 +228,13 @@ def planar(env: Planar7) -> Body:
     """Returns the seven-link body."""
     model = copy.copy(env.model.mujoco)
     model.opt.timestep = env.timestep
+    motors = list(range(3, 9))
     return Body(
         model=model,
         tie=np.eye(9),
         coordinates=list(range(9)),
-        motors=list(range(3, 9)),
+        motors=motors,
+        limits=_limits(model, motors),
         stopped=list(range(3, 9)),
         sites=[model.site(name).id for name in planar7.CONTACT_SITES],
         feet=[model.body(name).id for name in planar7.FEET],
@@ -234,23 +244,45 @@ def planar(env: Planar7) -> Body:
 
 def spatial(env: Flame) -> Body:
     """Returns the nine-link body, its ankles' roll a spring of MuJoCo's."""
-    spec = mujoco.MjSpec.from_file(str(flame_body.MODEL_PATH))
+    spec = flame_body.spec(env.body)
     for name in ("ankle_roll_left", "ankle_roll_right"):
         spec.joint(name).stiffness[0] = env.ankle_roll_stiffness
         spec.joint(name).damping[0] = env.ankle_roll_damping
     disable = mujoco.mjtDisableBit
     spec.option.disableflags |= disable.mjDSBL_CONTACT | disable.mjDSBL_CONSTRAINT
     model = spec.compile()
+    motors = [6, 7, 8, 9, 12, 13, 14]
     return Body(
         model=model,
         tie=np.insert(np.eye(15), 11, np.eye(15)[6], axis=0),  # both adductions are coordinate 6
         coordinates=[*range(11), *range(12, 16)],
-        motors=[6, 7, 8, 9, 12, 13, 14],
+        motors=motors,
+        limits=_limits(model, motors),
         stopped=[*range(6, 11), *range(12, 16)],  # the adduction's stop acts on the shared angle
         sites=[model.site(name).id for name in flame_body.CONTACT_SITES],
         feet=[model.body(name).id for name in flame_body.FEET],
         tangents=2,
     )
+
+
+def _limits(model: Any, joints: list[int]) -> Float[np.ndarray, "motor 2"]:
+    """Returns what motors give when C MuJoCo is told to give all, or the opposite of it."""
+    data = mujoco.MjData(model)
+    found = np.full((model.nv, 2), (-np.inf, np.inf))
+    for joint in np.flatnonzero(model.jnt_actfrclimited):
+        found[joint] = model.jnt_actfrcrange[joint]
+    for actuator in range(model.nu):
+        joint = int(model.actuator_trnid[actuator][0])
+        if not (model.actuator_ctrllimited[actuator] or model.actuator_forcelimited[actuator]):
+            continue
+        data.ctrl[:] = 0.0
+        gave: list[float] = []
+        for all_of_it in (-1e9, 1e9):
+            data.ctrl[actuator] = all_of_it
+            mujoco.mj_forward(model, data)
+            gave.append(float(data.qfrc_actuator[joint]))
+        found[joint] = sorted(gave)
+    return found[joints]
 
 
 def _motor(action: Action, angle: Any, rate: Any, ahead: float) -> Any:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mjxwalk.envs import Flame, Planar7, flame_body, planar7
+from mjxwalk.envs import Flame, Planar7, flame_body, planar7_body
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
 from mjxwalk.watch import bodies, grounds
@@ -27,17 +27,18 @@ def build(env: Any, heights: Float[np.ndarray, "*node"], qpos: Any, size: tuple[
     Raises:
       RunError: the body is not known here.
     """
-    path = {Planar7: planar7.MODEL_PATH, Flame: flame_body.MODEL_PATH}.get(type(env))
-    if path is None:
+    kind: Any = {Planar7: planar7_body, Flame: flame_body}.get(type(env))
+    if kind is None:
         raise RunError(f"a {type(env).__name__} cannot be filmed; Planar7 and Flame can")
-    spec = mujoco.MjSpec.from_file(str(path))
+    spec = kind.spec(env.body)
     spec.visual.global_.offwidth, spec.visual.global_.offheight = size
     spec.visual.headlight.ambient = [0.35] * 3
     for geom in spec.geoms:
         side = next((side for side in COLOURS if geom.parent.name.endswith(side)), None)
         if side is not None:
             geom.rgba = COLOURS[side]
-    spec.delete(spec.geom("floor"))
+    for geom in list(spec.worldbody.geoms):  # the floor
+        spec.delete(geom)
     _paint(spec)
     _add_ground(spec, env, heights, np.asarray(qpos)[:, None])
     return spec.compile()

@@ -55,7 +55,9 @@ def _compiled(env: Any, controller: Controller, engine: str) -> Any:
     def forces(state: Any, memory: Any, genotype: Any, heights: Any, row: Any) -> Forces:
         _, action = controller.act(genotype, memory, env.observe(state))
         driven = np.array(bodies.layout(env).motors)
-        torque = motor.torque(action, state.qpos[driven], state.qvel[driven], ahead=0.0)
+        torque = motor.driven(
+            action, state.qpos[driven], state.qvel[driven], env.limits, ahead=0.0
+        ).torque
         return Forces(torque, ground_forces(env, state, Terrain(heights, row)))
 
     vmap: Any = {"lanes": lanes.vmap, "lanes-xla": lanes.xla_vmap, "mjx": mjx.vmap}[engine]

@@ -11,7 +11,7 @@ import pytest
 from c_mujoco import Reference, mujoco
 
 from mjxwalk.envs import Action, Planar7, RandomWalk, State, Terrain
-from mjxwalk.envs.planar7 import GRAVITY, LEG_LENGTH, MODEL_PATH, SOLE_DEPTH
+from mjxwalk.envs.planar7_body import GRAVITY, LEG_LENGTH, MODEL_PATH, SOLE_DEPTH
 
 IMPLICIT = Planar7(terrain=RandomWalk(roughness=0.0), min_hip_height=0.01, max_flight_time=9.0)
 EXPLICIT = dataclasses.replace(IMPLICIT, integrator="explicit", timestep=0.0002)

@@ -1,0 +1,236 @@
+"""Bodies that users bring as MJCF: what a file must hold, and what is refused.
+
+A body is simulated by our own equations, not by MuJoCo's solver; so what these do not have is
+refused, each with what to do about it, rather than left out in silence. `docs/body.md` tells users.
+"""
+
+import functools
+import re
+from typing import Any
+
+import numpy as np
+
+from mjxwalk.envs import body_legs
+from mjxwalk.envs._mujoco import mjx, mujoco
+from mjxwalk.envs.body_contract import HINGE, SLIDE, Contract, Link
+
+LARGEST_TEXT = 2_000_000  # characters; ours: a body is some 5,000, and its text is in every run
+CLOSE = 1e-6  # of m, kg, rad; ours: what MuJoCo's own writer rounds to
+
+KINDS = {
+    int(mujoco.mjtJoint.mjJNT_FREE): "free joint",
+    int(mujoco.mjtJoint.mjJNT_BALL): "ball joint",
+    SLIDE: "slide",
+    HINGE: "hinge",
+}
+# What a model may have none of, by the name of its count.
+FOREIGN = {
+    "ntendon": "a tendon",
+    "npair": "a contact pair",
+    "nflex": "a flex",
+    "nskin": "a skin",
+    "nhfield": "a height field",
+    "nplugin": "a plugin",
+    "nmocap": "a mocap body",
+}
+
+
+def read(text: str) -> Any:
+    """Returns the `mujoco.MjSpec` of a body's XML.
+
+    Raises:
+      ValueError: MuJoCo cannot read it, or it needs other files.
+    """
+    if len(text) > LARGEST_TEXT:
+        raise ValueError(
+            f"has {len(text):,} characters, and a body may have {LARGEST_TEXT:,}; leave out meshes"
+        )
+    if re.search(r"<\s*include\b", text):
+        raise ValueError(
+            "includes another file, and a run keeps this one only; write in what is included"
+        )
+    try:
+        spec = mujoco.MjSpec.from_string(text)
+    except ValueError as error:
+        raise ValueError(f"MuJoCo cannot read it: {error}") from None
+    for kind in ("meshes", "textures", "hfields", "skins"):
+        for each in getattr(spec, kind):
+            if getattr(each, "file", ""):
+                raise ValueError(
+                    f"takes {each.file!r} from another file, and a run keeps this one only; draw "
+                    "with capsules, boxes and spheres, or write the mesh's vertices here"
+                )
+    return spec
+
+
+def check(text: str, contract: Contract) -> None:
+    """Returns if a body's XML can be simulated.
+
+    Raises:
+      ValueError: it cannot; the message names what, and says what to do.
+    """
+    complaint = _complaint(text, contract)
+    if complaint:
+        raise ValueError(complaint)
+
+
+# A run builds its settings again and again.
+@functools.lru_cache(maxsize=16)
+def _complaint(text: str, contract: Contract) -> str:
+    try:
+        model = _compiled(read(text))
+        _check_world(model, contract)
+        _check_links(model, contract)
+        for name, body in contract.sites:
+            _check_site(model, name, body)
+        body_legs.check_joints(model, contract)
+        body_legs.check_motors(model, contract)
+        body_legs.check_mirrored(model, contract, CLOSE)
+        mjx.put_model(model)
+    except ValueError as error:
+        return str(error)
+    except NotImplementedError as error:
+        return f"MJX cannot simulate the {contract.kind} body: {error}"
+    return ""
+
+
+def _compiled(spec: Any) -> Any:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise ValueError(f"MuJoCo cannot compile it: {error}") from None
+
+
+def _check_world(model: Any, contract: Contract) -> None:
+    """Checks what is not of the tree."""
+    for count, words in FOREIGN.items():
+        if getattr(model, count):
+            raise ValueError(f"has {words}, which the {contract.kind} body cannot have; remove it")
+    for equality in range(model.neq):
+        _check_equality(model, equality, contract)
+    option = model.opt
+    if not np.allclose(option.gravity, [0.0, 0.0, -9.81]):
+        raise ValueError(
+            f"has gravity {_numbers(option.gravity)}, and walkers walk under 0 0 -9.81; set "
+            "gravity in <option> to that, or leave it out"
+        )
+    if int(option.integrator) != int(mujoco.mjtIntegrator.mjINT_EULER):
+        name = mujoco.mjtIntegrator(int(option.integrator)).name.removeprefix("mjINT_")
+        raise ValueError(
+            f"has the integrator {name}, and the engines have their own; leave integrator out of "
+            "<option>, and choose by --set env.integrator=implicit or explicit"
+        )
+    if option.density or option.viscosity or np.any(option.wind):
+        raise ValueError("has air or water (density, viscosity, wind); leave them out of <option>")
+    if int(option.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY):
+        raise ValueError("disables gravity; leave that flag out")
+    for geom in range(model.ngeom):
+        if model.geom_bodyid[geom] and (model.geom_contype[geom] or model.geom_conaffinity[geom]):
+            name = model.geom(geom).name or f"number {geom}"
+            raise ValueError(
+                f"geom {name} of body {model.body(model.geom_bodyid[geom]).name} would collide, "
+                f"and here only the sites {', '.join(dict(contract.sites))} touch the ground; set "
+                'contype="0" conaffinity="0", for all in <default><geom .../></default>'
+            )
+
+
+def _check_equality(model: Any, equality: int, contract: Contract) -> None:
+    ends = {
+        str(model.joint(int(each[equality])).name)
+        for each in (model.eq_obj1id, model.eq_obj2id)
+        if int(model.eq_type[equality]) == int(mujoco.mjtEq.mjEQ_JOINT) and each[equality] >= 0
+    }
+    equal = np.allclose(model.eq_data[equality][:5], [0.0, 1.0, 0.0, 0.0, 0.0])
+    if contract.tied is None or ends != set(contract.tied) or not equal:
+        name = model.equality(equality).name or f"number {equality}"
+        raise ValueError(
+            f"has the equality constraint {name}, which the {contract.kind} body cannot have; "
+            "remove it"
+        )
+
+
+def _check_links(model: Any, contract: Contract) -> None:
+    """Checks the bodies, how they hang together, and which joints they have."""
+    names = [str(model.body(i).name) for i in range(model.nbody)]
+    for link in contract.links:
+        if link.name not in names:
+            raise ValueError(
+                f"has no body {link.name}; the {contract.kind} body needs "
+                f"{', '.join(each.name for each in contract.links)}"
+            )
+        body = names.index(link.name)
+        parent = names[int(model.body_parentid[body])]
+        if parent != link.parent:
+            raise ValueError(f"body {link.name} must be inside {link.parent}, and is in {parent}")
+        _check_link(model, body, link)
+    known = {link.name for link in contract.links}
+    for body in range(1, model.nbody):
+        name = names[body] or f"number {body}"
+        if int(model.body_parentid[body]) == 0 and name not in known:
+            raise ValueError(f"body {name} lies beside {contract.links[0].name}; remove it")
+        if name not in known and model.body_jntnum[body]:
+            joint = model.joint(int(model.body_jntadr[body])).name or "without a name"
+            raise ValueError(
+                f"body {name} has a joint ({joint}), and the {contract.kind} body has those of "
+                f"{', '.join(sorted(known))} only; remove the joint, which fixes {name} to its "
+                "parent"
+            )
+        if not np.allclose(model.body_quat[body], [1.0, 0.0, 0.0, 0.0]):
+            raise ValueError(
+                f"body {name} is turned (quat {_numbers(model.body_quat[body])}); leave its axes "
+                "along the world's, and turn its geoms or its inertia instead"
+            )
+        if model.body_gravcomp[body]:
+            raise ValueError(f"body {name} has gravcomp; remove it")
+        if not np.isfinite([*model.body_pos[body], *model.body_ipos[body]]).all():
+            raise ValueError(f"body {name} has a position that is no number")
+
+
+def _check_link(model: Any, body: int, link: Link) -> None:
+    first, num = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    found = [model.joint(joint) for joint in range(first, first + num)]
+    expected = ", ".join(f"{each.name} ({KINDS[each.kind]})" for each in link.joints) or "none"
+    has = ", ".join(f"{j.name or 'no name'} ({KINDS[int(j.type[0])]})" for j in found) or "none"
+    if [(j.name, int(j.type[0])) for j in found] != [(j.name, j.kind) for j in link.joints]:
+        raise ValueError(
+            f"body {link.name} must have the joints {expected}, in this order, and has {has}"
+        )
+    for joint, due in zip(found, link.joints, strict=True):
+        if not np.allclose(joint.axis, due.axis, atol=CLOSE):
+            raise ValueError(
+                f"joint {due.name} turns about or moves along {_numbers(joint.axis)}, and must "
+                f'about or along axis="{_numbers(due.axis)}", so that its sign means the same'
+            )
+        if np.any(joint.pos):
+            raise ValueError(
+                f"joint {due.name} has pos {_numbers(joint.pos)}, and must be at its body's "
+                "origin; move the body there"
+            )
+    x, y, z = model.body_pos[body]
+    if link.parent == "world" and max(abs(x), abs(y), abs(z)) > 0.0:
+        raise ValueError(
+            f"body {link.name} must have pos 0 0 0, between the hips, and has "
+            f"{_numbers((x, y, z))}; a trial puts it on the ground by itself"
+        )
+    if link.hangs is not None and (abs(x) > CLOSE or (z >= 0.0 if link.hangs else abs(z) > CLOSE)):
+        where = "straight below" if link.hangs else "at the height of, and not ahead of"
+        raise ValueError(
+            f"body {link.name} lies at {_numbers((x, y, z))}, and must lie {where} {link.parent} "
+            "(x is 0), since with all angles zero the body stands upright"
+        )
+
+
+def _check_site(model: Any, name: str, body: str) -> None:
+    sites = [str(model.site(i).name) for i in range(model.nsite)]
+    if name not in sites:
+        raise ValueError(
+            f"has no site {name}, where {body} touches the ground; add <site name="
+            f'"{name}" pos="..."/> to it'
+        )
+    found = str(model.body(int(model.site_bodyid[sites.index(name)])).name)
+    if found != body:
+        raise ValueError(f"site {name} must be on body {body}, and is on {found}")
+
+
+def _numbers(values: Any) -> str:
+    return " ".join(f"{value:.6g}" for value in np.asarray(values, np.float64))
