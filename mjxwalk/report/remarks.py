@@ -9,8 +9,21 @@ from mjxwalk.report.parts import Remark
 from mjxwalk.report.ran import state
 from mjxwalk.report.sources import Phase, Source, shown
 from mjxwalk.tournament import showing
+from mjxwalk.tournament.results import (
+    AS_EVOLVED,
+    HALF_STEP,
+    PAPERS_STEP,
+    PERTURBED,
+    Condition,
+    Tournament,
+)
 
-LISTED = 4  # runs that are named; more are only counted
+LISTED = 4  # runs that are named; of more it is told how many
+PLACES = {
+    HALF_STEP: f"at {HALF_STEP}",
+    PAPERS_STEP: f"at {PAPERS_STEP}",
+    PERTURBED: f"from {PERTURBED}",
+}
 Items = tuple[tuple[str, str], ...]
 
 
@@ -93,12 +106,38 @@ def _untried(phases: Sequence[Phase]) -> Items:
 
 
 def _gaits(phases: Sequence[Phase]) -> Items:
+    tried = [(phase, phase.tournament) for phase in phases if phase.tournament is not None]
+    if len(tried) > LISTED:
+        return tuple(
+            (f"{name}, {line}", "")
+            for name in dict.fromkeys(phase.name for phase, _ in tried)
+            for line in _counted([held for phase, held in tried if phase.name == name])
+        )
     found: dict[str, list[str]] = {}
-    for phase in phases:
-        if phase.tournament is not None:
-            for remark in showing.remarks(phase.tournament):
-                found.setdefault(remark, []).append(phase.label)
+    for phase, held in tried:
+        for remark in showing.remarks(held):
+            found.setdefault(remark, []).append(phase.label)
     return tuple((f"{_listed(labels)}: {remark}", "") for remark, labels in found.items())
+
+
+def _counted(held: Sequence[Tournament]) -> list[str]:
+    """Returns how many of a phase's winners walk otherwise than as they evolved, and how often."""
+    usual = [each.condition(AS_EVOLVED) for each in held]
+    lines: list[str] = []
+    for name, place in PLACES.items():
+        tried = [each.condition(name) for each in held]
+        apart = sum(name in showing.otherwise(each) for each in held)
+        if apart:
+            lines.append(
+                f"{apart} of {len(held)} winners: another gait {place}, where {_range(tried)} "
+                f"fall in place of {_range(usual)}"
+            )
+    return lines
+
+
+def _range(conditions: Sequence[Condition | None]) -> str:
+    rates = [100 * each.fall_rate for each in conditions if each is not None]
+    return f"{min(rates):.1f} to {max(rates):.1f} %"
 
 
 def _listed(labels: Sequence[str]) -> str:

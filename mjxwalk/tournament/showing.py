@@ -48,8 +48,7 @@ def remarks(tournament: Tournament) -> list[str]:
     usual = tournament.condition(AS_EVOLVED)
     if usual is None:
         return []
-    named = {each.name: each for each in tournament.conditions if each is not usual}
-    apart = {name: each for name, each in named.items() if _differ(usual, each)}
+    apart = otherwise(tournament)
     found: list[str] = []
     steps = [name for name in (HALF_STEP, PAPERS_STEP) if name in apart]
     if steps:
@@ -62,10 +61,23 @@ def remarks(tournament: Tournament) -> list[str]:
             f"the gait hangs on its start: falls {_outcome(usual)} from the usual one, "
             f"{_outcome(apart[PERTURBED])} from {PERTURBED}"
         )
-    same = [name for name in named if name not in apart]
+    names = [each.name for each in tournament.conditions if each is not usual]
+    same = [name for name in names if name not in apart]
     if same:
         found.append(f"walks alike at {', '.join(same)}")
     return found
+
+
+def otherwise(tournament: Tournament) -> dict[str, Condition]:
+    """Returns the conditions, by name, under which the gait is another than as it evolved."""
+    usual = tournament.condition(AS_EVOLVED)
+    if usual is None:
+        return {}
+    return {
+        each.name: each
+        for each in tournament.conditions
+        if each is not usual and _differ(usual, each)
+    }
 
 
 def figures(tournament: Tournament) -> str:

@@ -176,6 +176,22 @@ def test_what_is_short_missing_or_doubtful_is_told() -> None:
     assert "One run" not in found
 
 
+def test_what_tournaments_of_many_runs_found_is_counted() -> None:
+    def held(falls: int) -> Any:
+        conditions = (condition("as evolved", 10), condition("half the time step", falls))
+        return msgspec.structs.replace(tournament(), conditions=conditions)
+
+    falls = [150, 160, 10, 12, 10]  # of 200
+    given = [phase(seed=seed, held=held(count)) for seed, count in enumerate(falls)]
+    read = [Source(path=each.run.path, study=None, phases=(each,)) for each in given]
+    told = {remark.text: remark.items for remark in remarks.find(read, {"fil": given})}
+    ((line, _),) = told["What the tournaments found:"]
+    assert line == (
+        "fil, 2 of 5 winners: another gait at half the time step, where 5.0 to 80.0 % fall in place "
+        "of 5.0 to 5.0 %"
+    )
+
+
 def test_commands_are_quoted_for_the_shell() -> None:
     odd = phase(folder="my runs/$(ls)", finished=False)
     read = [Source(path=odd.run.path, study=None, phases=(odd,))]
