@@ -187,8 +187,8 @@ def test_what_tournaments_of_many_runs_found_is_counted() -> None:
     told = {remark.text: remark.items for remark in remarks.find(read, {"fil": given})}
     ((line, _),) = told["What the tournaments found:"]
     assert line == (
-        "fil, 2 of 5 winners: another gait at half the time step, where 5.0 to 80.0 % fall in place "
-        "of 5.0 to 5.0 %"
+        "fil, 2 of 5 winners: another gait at half the time step, where 5.0 to 80.0 % fall in "
+        "place of 5.0 to 5.0 %"
     )
 
 
