@@ -12,7 +12,8 @@ import pytest
 from mjxwalk import cli, evaluation, experiments, gaits, runs, walkers
 from mjxwalk.analysis import fits
 from mjxwalk.experiments.experiment import StrategyChoice
-from mjxwalk.experiments.rayleigh import RAYLEIGH, RAYLEIGH_HARMONIC, RayleighFit
+from mjxwalk.experiments.rayleigh import RAYLEIGH, RAYLEIGH_HARMONIC
+from mjxwalk.experiments.rayleigh_fit import RayleighFit
 
 SHORT = (
     *("--generations", "6", "--population", "12", "--set", "cycles=2"),
