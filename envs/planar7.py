@@ -153,8 +153,12 @@ class Planar7:
     @property
     def model(self) -> dynamics.Model:
         """The compiled body."""
-        masses = Masses(self.torso_mass, self.thigh_mass, self.shank_mass, self.foot_mass)
-        return planar7_body.compile_body(self.body, masses)
+        return planar7_body.compile_body(self.body, self.masses)
+
+    @property
+    def masses(self) -> Masses:
+        """Of the links, kg."""
+        return Masses(self.torso_mass, self.thigh_mass, self.shank_mass, self.foot_mass)
 
     @property
     def leg_length(self) -> float:

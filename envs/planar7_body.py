@@ -140,9 +140,8 @@ def _file_model(text: str) -> Any:
     return spec(text).compile()
 
 
-@functools.cache
-def compile_body(text: str, masses: Masses) -> dynamics.Model:
-    """Returns the model, the inertia of each link scaled with its mass."""
+def with_masses(text: str, masses: Masses) -> Any:
+    """Returns the `mujoco.MjSpec` with the inertia of each link scaled with its mass."""
     made, found = spec(text), _file_model(text)
     due = {"torso": masses.torso}
     for leg in LEGS:
@@ -153,7 +152,13 @@ def compile_body(text: str, masses: Masses) -> dynamics.Model:
         body.inertia = np.array(as_found.inertia) * (mass / as_found.mass[0])
         body.mass = mass
         body.explicitinertial = True
-    return dynamics.compile_model(made)
+    return made
+
+
+@functools.cache
+def compile_body(text: str, masses: Masses) -> dynamics.Model:
+    """Returns the model of a body with these masses."""
+    return dynamics.compile_model(with_masses(text, masses))
 
 
 def limits(model: Any) -> Limits | None:

@@ -26,7 +26,7 @@ class Reference:
     @property
     def data(self) -> Any:
         """The walker's `mujoco.MjData`."""
-        return self._walkers.datas[0]
+        return self._walkers.data
 
     @property
     def stretch(self) -> Any:

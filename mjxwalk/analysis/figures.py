@@ -18,6 +18,7 @@ from mjxwalk.analysis.frame import Frame
 
 NEAR, FAR, GROUND = "#1f4e8c", "#9db7d6", "#b9b3a6"  # left leg, right leg, terrain
 BEST, MEAN = "#1f4e8c", "#c2571a"  # the fittest, the whole population
+NARROW = 0.08  # of all generations; ours: fewer have no room for a phase's name across
 COLOURS = ("#1f4e8c", "#c2571a", "#3f7f3f", "#7a4a8c")  # of groups that are compared
 
 
@@ -43,15 +44,26 @@ def fitness_over_phases(phases: Sequence[PhaseCurves]) -> Figure:
     for bound in bounds[1:-1]:
         axis.axvline(bound + 0.5, color="0.6", linewidth=0.8, linestyle=":")
     for centre, phase in centres:
-        place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center", "fontsize": 8}
-        runs = f"{phase.num_runs} run{'s' if phase.num_runs != 1 else ''}"
-        axis.annotate(
-            f"{phase.name}\n{runs}", (centre, 1), xycoords=("data", "axes fraction"), **place
-        )
+        _name_phase(axis, centre, phase, is_narrow=len(phase) < NARROW * start)
     axis.set(xlabel="generation", ylabel="fitness (m)", xlim=(0, max(start, 1)), ylim=(0, None))
     if centres:
         axis.legend(loc="lower right", frameon=False)
     return figure
+
+
+def _name_phase(axis: Any, centre: float, phase: PhaseCurves, *, is_narrow: bool) -> None:
+    """Writes a phase's name and number of runs over its curves; upright where it is narrow."""
+    runs = f"{phase.num_runs} run{'s' if phase.num_runs != 1 else ''}"
+    axis.annotate(
+        f"{phase.name}, {runs}" if is_narrow else f"{phase.name}\n{runs}",
+        (centre, 1),
+        xycoords=("data", "axes fraction"),
+        xytext=(0, 3),
+        textcoords="offset points",
+        ha="center",
+        fontsize=8,
+        rotation="vertical" if is_narrow else "horizontal",
+    )
 
 
 def fitness_of_groups(groups: Sequence[PhaseCurves]) -> Figure:

@@ -6,7 +6,7 @@ have the settings that are torques, those that are heights go by leg length, and
 
 import dataclasses
 import math
-from typing import Any, cast
+from typing import Any
 
 from mjxwalk.controllers import LinearReactive, SpatialReactive
 from mjxwalk.envs import Flame, Planar7, flame_body, planar7_body
@@ -15,18 +15,17 @@ from mjxwalk.experiments.experiment import Experiment
 BODIES = (Planar7, Flame)
 
 
-def with_body(experiment: Experiment, text: str) -> Experiment:
+def with_body(experiment: Any, text: str) -> Experiment:
     """Returns the experiment with another body.
 
     Args:
-      experiment: with a body of ours.
+      experiment: an `Experiment` with a body of ours.
       text: MJCF of the other.
 
     Raises:
       ValueError: the experiment has no body that can be another, or the text is none.
     """
-    # A fit has no body at all.
-    env = cast("Any", getattr(experiment, "env", None))
+    env = getattr(experiment, "env", None)  # which a fit lacks
     if not isinstance(env, BODIES):
         kind = "no body" if env is None else f"the body {type(env).__name__}"
         raise ValueError(

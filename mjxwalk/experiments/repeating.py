@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from mjxwalk import experiments, settings
+from mjxwalk.experiments import own_body
 from mjxwalk.runs import Run, study
 
 
@@ -28,7 +29,17 @@ def command(run: Run, experiment: Any) -> str:
     origin = run.config.get("origin")
     if origin is not None:
         words += ["--from", str(origin["source"])]
-    return shlex.join([*words, *_changes(experiments.get(experiment.name), experiment)])
+    usual = experiments.get(experiment.name)
+    text = _body(experiment)
+    if text:
+        words += ["--body", str(run.path)]
+        usual = own_body.with_body(usual, text)
+    return shlex.join([*words, *_changes(usual, experiment)])
+
+
+def _body(experiment: Any) -> str:
+    """Returns the XML of a user's body, "" where the body is ours."""
+    return getattr(getattr(experiment, "env", None), "body", "")
 
 
 def _of_study(path: Path) -> str:
@@ -37,8 +48,13 @@ def _of_study(path: Path) -> str:
     words = ["mjxwalk", "evolve", made.name, "--seed", str(made.seed)]
     if made.scale != 1.0:
         words += ["--scale", str(made.scale)]
+    texts = {_body(experiment) for _, experiment in made.phases}
+    if texts != {""}:
+        words += ["--body", str(made.folder(path, 0))]
     for name, experiment in made.phases:
-        words += _changes(usual.phase(name), experiment, f"{name}.")
+        phase, text = usual.phase(name), _body(experiment)
+        phase = own_body.with_body(phase, text) if text else phase
+        words += _changes(phase, experiment, f"{name}.")
     return shlex.join(words)
 
 

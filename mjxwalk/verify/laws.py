@@ -117,6 +117,7 @@ def height(
 
 def _interval(position: Any, nodes: int) -> tuple[Any, Any]:
     """Returns the node before a position, and how far on to the next it is; ends go on level."""
-    inside = np.clip(np.nan_to_num(position), 0.0, nodes - 1)
+    # As `maximum` passes NaN on and `fmax` does not: that becomes node 0.
+    inside = np.fmin(np.fmax(position, 0.0), nodes - 1.0)
     before = np.minimum(inside.astype(int), nodes - 2)
     return before, inside - before

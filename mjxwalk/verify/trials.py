@@ -8,10 +8,11 @@ walker is, though JAX compiles it here for float64; and where a trial starts, wh
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mjxwalk.envs import Flame, Planar7, Terrain, flame, planar7
+from mjxwalk.envs import Action, Flame, Planar7, Terrain, flame, planar7
 from mjxwalk.rollout import Controller, Outcome
 from mjxwalk.verify import laws
 from mjxwalk.verify.bodies import Step, Walkers
@@ -64,17 +65,20 @@ def run(
     walkers, trials = _begin(env, heights)
     with jax.enable_x64(True), jax.default_device(jax.devices("cpu")[0]):
         double: Any = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), genotype)
-        act = jax.jit(jax.vmap(lambda memory, seen: controller.act(double, memory, seen)))
+
+        def acted(memory: Any, seen: Any) -> Any:
+            memory, action = controller.act(double, memory, seen)
+            return memory, jnp.stack(action)  # in one piece, as each costs a copy
+
+        act = jax.jit(jax.vmap(acted, out_axes=(0, 1)))
         memory = _repeated(jax.jit(controller.init)(double), len(heights))
-        walking = np.arange(len(heights))
-        while walking.size:
+        walking = np.ones(len(heights), bool)
+        while walking.any():
             # All are shown to the controller, those at rest too: another number compiles anew.
             memory, action = act(memory, _observe(env, walkers, trials))
-            chosen: Any = jax.tree.map(lambda part, rows=walking: np.asarray(part)[rows], action)
-            before = walkers.qpos[walking], walkers.qvel[walking]
-            step = walkers.step(chosen, walking)
-            ended = _judge(env, walkers, trials, walking, step, before)
-            walking = walking[~ended]
+            before = walkers.qpos.copy(), walkers.qvel.copy()
+            step = walkers.step(Action(*np.asarray(action)), walking)  # type: ignore[arg-type]
+            walking &= ~_judge(env, walkers, trials, walking, step, before)
     return Outcome(
         fitness=trials.x,
         distance=trials.x,
@@ -141,44 +145,45 @@ def _judge(
     env: Planar7 | Flame,
     walkers: Walkers,
     trials: _Trials,
-    walking: Any,
+    walking: Bool[np.ndarray, " walker"],
     step: Step,
     before: tuple[Any, Any],
-) -> Bool[np.ndarray, " walking"]:
+) -> Bool[np.ndarray, " walker"]:
     """Counts a step of those that walk, and returns whose trial is over."""
     dt = env.timestep
-    sound = _sound(walkers, walking)
-    trials.steps[walking[sound]] += 1
-    touching = step.push.touching.reshape(len(walking), 2, -1).any(axis=-1)
-    flight = np.where(touching.any(axis=-1), 0.0, trials.flight_time[walking] + dt)
-    trials.flight_time[walking] = flight
-    counted = np.where(sound, dt, 0.0)
-    trials.torque_cost[walking] += counted * np.abs(step.torque).sum(axis=1)
-    with np.errstate(invalid="ignore", over="ignore"):
-        power = np.abs(step.torque * step.rate).sum(axis=1)
-        trials.work[walking] += np.where(sound, dt * power, 0.0)
-    trials.contact[walking] = touching
-    trials.ankle_x[walking] = _ahead(env, step, before[0])
-    walkers.place(walking[~sound], *(part[~sound] for part in before))
+    sound: Any = _sound(walkers)
+    counted = walking & sound
+    trials.steps[counted] += 1
+    touching: Any = step.push.touching.reshape(len(walking), 2, -1).any(axis=-1)
+    flight = np.where(touching.any(axis=-1), 0.0, trials.flight_time + dt)
+    torque, power = step.torque, step.torque * step.rate
+    trials.torque_cost[counted] += dt * np.abs(torque[counted]).sum(axis=1)
+    trials.work[counted] += dt * np.abs(power[counted]).sum(axis=1)
+    new: tuple[tuple[Any, Any], ...] = (
+        (trials.flight_time, flight),
+        (trials.contact, touching),
+        (trials.ankle_x, _ahead(env, step, before[0])),
+    )
+    for held, value in new:
+        held[walking] = value[walking]
+    walkers.place(walking & ~sound, *before)
     qpos, _ = walkers.coordinates()
     trials.x[walking] = qpos[walking, 0]
-    trials.diverged[walking] = ~sound
-    fell = _fallen(env, qpos[walking], walkers.heights[walking]) | ~sound
-    fell |= flight > env.max_flight_time
-    trials.fell[walking] = fell
-    steps = trials.steps[walking]
-    lag = env.min_speed * dt * steps - trials.x[walking]
-    spent = trials.torque_cost[walking] >= env.torque_budget
-    return fell | spent | (steps >= round(env.max_time / dt)) | (lag > env.max_lag)
+    trials.diverged[walking] = ~sound[walking]
+    fell: Any = _fallen(env, qpos, walkers.heights) | ~sound | (flight > env.max_flight_time)
+    trials.fell[walking] = fell[walking]
+    lag = env.min_speed * dt * trials.steps - trials.x
+    spent = trials.torque_cost >= env.torque_budget
+    return fell | spent | (trials.steps >= round(env.max_time / dt)) | (lag > env.max_lag)
 
 
-def _sound(walkers: Walkers, walking: Any) -> Bool[np.ndarray, " walking"]:
+def _sound(walkers: Walkers) -> Bool[np.ndarray, " walker"]:
     """Returns whose physics has not diverged."""
     _, qvel = walkers.coordinates()
     slides = 1 + walkers.body.tangents
     most = np.where(np.arange(qvel.shape[1]) < slides, *MAX_SPEEDS)
     with np.errstate(invalid="ignore", over="ignore"):
-        return ((qvel[walking] / most) ** 2).sum(axis=1) < 1.0
+        return ((qvel / most) ** 2).sum(axis=1) < 1.0
 
 
 def _ahead(env: Planar7 | Flame, step: Step, qpos: Any) -> Any:

@@ -15,8 +15,9 @@ import toy
 
 from mjxwalk import cli, walkers
 from mjxwalk.envs import Planar7, RandomWalk, SerpentineWalk, SoftContact, Terrain
+from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.rollout import Outcome
-from mjxwalk.verify import agreement, command, comparing, laws, trials
+from mjxwalk.verify import agreement, bodies, command, comparing, laws, trials
 from mjxwalk.verify.agreement import Agreement
 
 
@@ -218,3 +219,26 @@ def test_bodies_are_told_apart_by_their_exact_class() -> None:
             seed=0,
             say=print,
         )
+
+
+@pytest.mark.parametrize("name", ["planar-lpd", "flame-sil"])
+def test_walkers_of_a_herd_have_the_jacobians_that_c_mujoco_gives_to_one(name: str) -> None:
+    env = walkers.best(f"zoo:{name}").experiment.env
+    rng = np.random.default_rng(6)
+    coordinates = 9 if isinstance(env, Planar7) else 15
+    qpos, qvel = rng.normal(size=(2, 3, coordinates))
+    herd = bodies.Walkers(env, qpos, qvel, np.zeros((3, 2, 2)))
+    mujoco.mj_forward(herd.data.model, herd.data)
+    body = herd.body
+    points = herd.data.site_xpos.reshape(3, -1, 3)[:, body.sites]
+    found = herd.jacobian(points)
+    for walker in range(3):
+        one = mujoco.MjData(body.model)
+        one.qpos[:], one.qvel[:] = herd.qpos[walker], herd.qvel[walker]
+        mujoco.mj_forward(body.model, one)
+        expected = np.zeros((3, body.model.nv))
+        for place, site in enumerate(body.sites):
+            mujoco.mj_jacSite(body.model, one, expected, None, site)
+            np.testing.assert_allclose(found[walker, place], expected, atol=1e-12)
+        bias = herd.data.qfrc_bias.reshape(3, -1)[walker]
+        np.testing.assert_allclose(bias, one.qfrc_bias, atol=1e-9)

@@ -1,0 +1,109 @@
+"""Tests of `--body`: a file of the user's becomes a run that needs the file no more."""
+
+import dataclasses
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mjxwalk import experiments, runs
+from mjxwalk.cli import main
+from mjxwalk.controllers import LinearReactive
+from mjxwalk.envs import Planar7, planar7_body
+from mjxwalk.experiments import own_body, repeating
+
+OURS = planar7_body.MODEL_PATH.read_text()
+CHILD = Path(__file__).parents[2] / "docs/bodies/child.xml"
+
+
+@pytest.fixture(autouse=True)
+def in_new_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("args", "complaint"),
+    [
+        (["--body", "no.xml"], "--body no.xml does not exist; name an MJCF file"),
+        (["--body", "."], "--body . is a folder, and no run"),
+        (["--body", "text.xml"], "text.xml: MuJoCo cannot read it"),
+        (["--body", "bytes.xml"], "--body bytes.xml is no text"),
+        (["solomon-3d", "--body", "ours.xml"], "ours.xml: body torso must have the joints root_x"),
+        (["solomon-2d", "--body", "text.xml"], "text.xml: MuJoCo cannot read it"),
+        (["rayleigh", "--body", "ours.xml"], "rayleigh has no body, which takes no other"),
+        (["reil-unassisted", "--body", "ours.xml"], "reil-unassisted has the body Reil"),
+        (["--set", "env.body=x"], "env.body goes with settings that belong to it; use --body FILE"),
+    ],
+)
+def test_a_wrong_body_is_one_sentence_and_leaves_nothing(
+    args: list[str], complaint: str, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    Path("text.xml").write_text("a walker")
+    Path("bytes.xml").write_bytes(b"\xff\xfe\x00")
+    Path("ours.xml").write_text(OURS)
+    before = sorted(tmp_path.iterdir())
+    assert main(["evolve", *args, "--out", "run"]) == 2
+    error = capfd.readouterr().err
+    assert complaint in error
+    assert re.fullmatch(r"mjxwalk: [^\n]+\n", error)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_our_own_body_changes_no_setting() -> None:
+    for name in ("planar-lpd", "solomon-2d/lpd"):
+        usual = experiments.get(name)
+        same = own_body.with_body(usual, OURS)
+        assert isinstance(same.env, Planar7) and same.env.body == OURS
+        env = usual.env
+        assert isinstance(env, Planar7) and env.weight == same.env.weight
+        assert same == dataclasses.replace(usual, env=dataclasses.replace(env, body=OURS))
+
+
+def test_settings_go_by_weight_and_leg_length() -> None:
+    usual = experiments.get("planar-lpd")
+    child = own_body.with_body(usual, CHILD.read_text())
+    # 12.54 + 1.70 + 2 (2.10 + 0.98 + 0.30) kg on legs of 0.282 + 0.283 + 0.045 m; ours are 70 kg.
+    longer, stronger = 0.61 / 0.9275, 21.0 / 70.0 * 0.61 / 0.9275
+    assert child.env.weight == pytest.approx(21.0 * 9.81)
+    assert isinstance(child.controller, LinearReactive) and isinstance(child.env, Planar7)
+    assert child.env.min_hip_height == pytest.approx(0.78 * longer)
+    assert child.env.torque_budget == pytest.approx(8_000.0 * stronger)
+    assert child.controller.torque_limit == pytest.approx(300.0 * stronger)
+    assert child.env.torso_mass == 12.54
+
+
+@pytest.mark.slow
+def test_a_run_with_a_body_goes_on_without_its_file_to_the_same_bits(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    small = "--population 16 --set env.max_time=0.5 --seed 3 --engine lanes --keep all".split()
+    Path("child.xml").write_bytes(CHILD.read_bytes())
+    Path("ours.xml").write_text(OURS)
+    bodies = {"plain": [], "ours": ["--body", "ours.xml"], "child": ["--body", "child.xml"]}
+    for name, body in bodies.items():
+        assert main(["evolve", *small, "--generations", "3", *body, "--out", name]) == 0
+    plain, ours, child = (runs.load(name) for name in bodies)
+    for name, array in plain.arrays.items():
+        np.testing.assert_array_equal(array, ours.arrays[name])
+    assert not np.array_equal(plain.fitness, child.fitness)
+    again = repeating.command(child, child.experiment())
+    assert "--body child" in again and "env.body" not in again and "torso_mass" not in again
+    for file in ("child.xml", "ours.xml"):
+        Path(file).unlink()
+    shutil.copytree("child", "killed")
+    shutil.rmtree("killed/checkpoints/3")
+    for left in ("result.json", "champion.npz"):
+        Path("killed", left).unlink()
+    assert main(["resume", "killed"]) == 0
+    for name, array in child.arrays.items():
+        np.testing.assert_array_equal(array, runs.load("killed").arrays[name])
+    assert main(["evolve", *small, "--generations", "3", "--body", "child", "--out", "same"]) == 0
+    for name, array in child.arrays.items():
+        np.testing.assert_array_equal(array, runs.load("same").arrays[name])
+    assert main(["verify", "child", "--terrains", "2"]) == 0
+    assert main(["export", "child", "--to", "mjcf", "--out", "back.xml"]) == 0
+    Planar7(body=Path("back.xml").read_text())
+    assert main(["watch", "child", "--out", "page.html"]) == 0
+    assert capfd.readouterr().err == ""
