@@ -176,6 +176,7 @@ def draw(races: list[Any], file: Path) -> None:
         axis.set_title(task)
     if functions:
         _draw_functions(axes[-1], functions)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     figure.savefig(file)
 
 
@@ -194,7 +195,6 @@ def _draw_walkers(axis: Any, races: list[Any]) -> None:
         axis.fill_between(steps, low, high, color=line.get_color(), alpha=0.15, linewidth=0)
     axis.set_xlabel("million physics steps")
     axis.set_ylabel("best fitness")
-    axis.legend(fontsize="small")
 
 
 def _draw_functions(axis: Any, races: list[Any]) -> None:
@@ -209,7 +209,6 @@ def _draw_functions(axis: Any, races: list[Any]) -> None:
     axis.set_yticks(range(len(tasks)), tasks, fontsize="small")
     axis.set_xscale("log")
     axis.set_xlabel("lowest value found, median")
-    axis.legend(fontsize="small")
 
 
 if __name__ == "__main__":
