@@ -10,13 +10,14 @@ from mjxwalk.report import (
     links,
     ran,
     recorded,
+    reil,
     remarks,
     replayed,
     sources,
     walking,
     winners,
 )
-from mjxwalk.report.parts import Page, count, number, percent
+from mjxwalk.report.parts import Page, Section, count, number, percent
 from mjxwalk.report.sources import Phase, Source
 
 REFERENCES = (
@@ -56,6 +57,31 @@ def build(
         return fits.build(read)
     variants = sources.by_variant(read)
     asked = {name: each for name, each in variants.items() if not each[0].is_between}
+    if any(map(reil.is_reil, read)):
+        sections = reil.sections(variants, num_trials=num_trials, engine=engine, say=say)
+        references = reil.REFERENCES
+    else:
+        sections = _sections(variants, num_trials=num_trials, seed=seed, engine=engine, say=say)
+        references = REFERENCES
+    return Page(
+        title=_title(read),
+        lead=_lead(read, asked),
+        remarks=tuple(remarks.find(read, variants)),
+        sections=(ran.section(read), *sections),
+        references=references,
+    )
+
+
+def _sections(
+    variants: Mapping[str, Sequence[Phase]],
+    *,
+    num_trials: int,
+    seed: int,
+    engine: str,
+    say: Callable[[str], None],
+) -> tuple[Section, ...]:
+    """Returns what there is to tell of walkers of Solomon, Locascio & Hartmann."""
+    asked = {name: each for name, each in variants.items() if not each[0].is_between}
     found: dict[str, recorded.Recorded] = {}
     if num_trials:
         found = recorded.record(asked, num_trials=num_trials, seed=seed, engine=engine, say=say)
@@ -65,20 +91,13 @@ def build(
         else "Tables and figures of the gait were left out; --trials 100 makes them."
     )
     replay = replayed.section(asked, found, seed=seed, say=say)
-    return Page(
-        title=_title(read),
-        lead=_lead(read, asked),
-        remarks=tuple(remarks.find(read, variants)),
-        sections=(
-            ran.section(read),
-            *([replay] if replay else []),
-            fitness.section(variants),
-            winners.section(asked),
-            benchmarks.section(asked),
-            links.section(asked),
-            walking.section(found, why_not=why_not),
-        ),
-        references=REFERENCES,
+    return (
+        *([replay] if replay else []),
+        fitness.section(variants),
+        winners.section(asked),
+        benchmarks.section(asked),
+        links.section(asked),
+        walking.section(found, why_not=why_not),
     )
 
 

@@ -20,7 +20,7 @@ def section(variants: Mapping[str, Sequence[Phase]]) -> Section:
     """Returns the figures; variants are those of `sources.by_variant`."""
     compared = [name for name in variants if COUNTERPARTS.get(name) in variants]
     chain = {name: phases for name, phases in variants.items() if name not in compared}
-    parts = [_over_phases(chain)]
+    parts = [over_phases(chain)]
     parts += [_compared(name, variants) for name in compared]
     spread = quartiles.picture(variants)
     if spread is not None:
@@ -42,7 +42,13 @@ def prunes(phase: Phase) -> bool:
     return getattr(phase.experiment, "pruning", None) is not None
 
 
-def _over_phases(chain: Mapping[str, Sequence[Phase]]) -> Picture:
+def over_phases(chain: Mapping[str, Sequence[Phase]], *, figure: str = "") -> Picture:
+    """Returns the fitness of phases one after the other.
+
+    Args:
+      chain: the runs of each phase, in their order.
+      figure: its number in the paper; "" for that of Solomon, Locascio & Hartmann.
+    """
     last = list(chain.values())[-1][0]
     drawn: list[PhaseCurves] = []
     factors: list[str] = []
@@ -60,7 +66,7 @@ def _over_phases(chain: Mapping[str, Sequence[Phase]]) -> Picture:
     alt = "; ".join(_told(phase) for phase in drawn if len(phase))
     alt = f"Two curves over the generations. {alt}."
     num = max(map(len, chain.values()))
-    figure = "7" if isinstance(last.experiment.env, Flame) else "4a"
+    figure = figure or ("7" if isinstance(last.experiment.env, Flame) else "4a")
     told = [f"Figure {figure}. Fitness of the fittest and mean fitness, {_averaged(num)}."]
     return Picture(
         name=f"figure-{figure}",
