@@ -66,6 +66,7 @@ def build_spec(offsets: Offsets) -> Any:
         foot.inertia = [own, across, across]
         for end, x in (("heel", offsets.heel), ("toe", offsets.toe)):
             spec.geom(f"{end}_{leg}").pos = [x, 0.0, -offsets.sole]
+            foot.add_site(name=f"{end}_{leg}", pos=[x, 0.0, -offsets.sole])
     return spec
 
 

@@ -59,6 +59,7 @@ class ReilPhysics:
       assistance: stiffness of the assisting controller that rights the trunk, N m/rad.
       assistance_damping: likewise, N m s/rad.
       assistance_lean: that it holds the trunk at, rad, forward positive.
+      assistance_roll: share of both that acts sideways.
       timestep: of the physics, s.
       integrator: "implicit" takes contact, stops, springs and dampers at the end of the step, which
         is stable at 2 ms; "explicit" at its start. Motors are always those of the end of the step.
@@ -67,27 +68,28 @@ class ReilPhysics:
 
     terrain: TrialVariation = TrialVariation()
     contact: SoftContact = SoftContact(stiffness=150_000.0, damping=6_000.0)  # ours
-    # ours: rigid motors walk less far; this softness is a damper of 1,000 N m s/rad
+    # ours: nearly rigid; this softness is a damper of some 3,000 N m s/rad
     hips: VelocityMotor = VelocityMotor(
-        approach=29.0, max_speed=3.9, max_torque=1_130.0, softness=0.001
+        approach=21.4, max_speed=2.89, max_torque=2_240.0, softness=0.00032
     )
     hip_offset: float = 0.125  # ours: the hips' spheres touch
     trunk_height: float = 0.3  # ours: the trunk begins at the hips
-    heel: float = -0.1  # ours
-    toe: float = 0.18  # ours
+    heel: float = -0.079  # ours: the foot is short and lies behind
+    toe: float = -0.029  # ours
     sole: float = 0.04  # ours
     hip_roll_stiffness: float = 20_000.0  # ours: held, as no motor neuron drives it
     hip_roll_damping: float = 1_000.0  # ours
-    knee_cap: JointStop = JointStop(stiffness=5_000.0, damping=60.0)  # ours
-    knee_extension: float = -0.24  # ours: a straight knee gives way under load
+    knee_cap: JointStop = JointStop(stiffness=1_650.0, damping=112.0)  # ours
+    knee_extension: float = -0.069  # ours: a straight knee gives way under load
     knee_flexion: float = 2.0  # ours
-    knee_damping: float = 180.0  # ours: far too much to swing freely; with less few walk
-    ankle_stiffness: float = 1_550.0  # ours
-    ankle_damping: float = 42.0  # ours
-    ankle_rest: float = 0.31  # ours: with the knee bent back, the foot is level
+    knee_damping: float = 128.0  # ours: far too much to swing freely; with less few walk
+    ankle_stiffness: float = 1_340.0  # ours
+    ankle_damping: float = 114.0  # ours
+    ankle_rest: float = 0.42  # ours: it lets the calf lean forward over the foot
     assistance: float = 0.0
     assistance_damping: float = 0.0
     assistance_lean: float = 0.0
+    assistance_roll: float = 1.0
     timestep: float = 0.002  # ours: the paper gives none
     integrator: Literal["implicit", "explicit"] = "implicit"
 
@@ -95,7 +97,7 @@ class ReilPhysics:
         checks.positive(self, "timestep", "hip_offset", "knee_flexion")
         checks.not_negative(self, "hip_roll_stiffness", "hip_roll_damping", "knee_damping")
         checks.not_negative(self, "ankle_stiffness", "ankle_damping", "sole")
-        checks.not_negative(self, "assistance", "assistance_damping")
+        checks.not_negative(self, "assistance", "assistance_damping", "assistance_roll")
         if not self.toe > self.heel:
             raise ValueError(f"toe must be ahead of heel, {self.heel} m, got {self.toe}")
         if not self.knee_extension < self.knee_flexion:
@@ -132,6 +134,26 @@ class ReilPhysics:
     def _ahead(self) -> float:
         """How far implicit springs look ahead, s."""
         return self.timestep if self.integrator == "implicit" else 0.0
+
+    def motor_torque(self, state: State, action: HipTargets, terrain: Terrain) -> Float[Array, "2"]:
+        """Returns the torques of the hips' motors in the step that follows, N m."""
+        axes = floating.rotation(state.qpos[EULER])
+        return self._accelerated(state, self._forward(state, axes), axes, action, terrain)[2]
+
+    def _accelerated(
+        self,
+        state: State,
+        data: Any,
+        axes: Float[Array, "3 3"],
+        action: HipTargets,
+        terrain: Terrain,
+    ) -> tuple[ContactForce, Float[Array, "14"], Float[Array, "2"]]:
+        """Returns contacts, accelerations in the trunk's axes, and torques of the motors."""
+        contacts, loads = self._contacts(state, data, axes, terrain)
+        loads |= self._load(state, axes, terrain)
+        force, inertia = self._passive_forces(state, axes)
+        matrix, right = dynamics.equations(self.floating, data, force, inertia, loads)
+        return contacts, *self._driven(state, action, matrix, right)
 
     def _forward(self, state: State, axes: Float[Array, "3 3"]) -> Any:
         """Returns positions, velocities and bias forces in the trunk's axes."""
@@ -244,8 +266,8 @@ class ReilPhysics:
         spin = floating.spin(state.qpos[EULER], state.qvel[EULER])
         forward, left, _ = axes[2]
         off = jnp.stack([-left, forward + jnp.sin(self.assistance_lean), jnp.zeros(())])
-        tilting = jnp.array([1.0, 1.0, 0.0])
-        righting = self.assistance * off - damping * spin * tilting
+        tilting = jnp.array([self.assistance_roll, 1.0, 0.0])
+        righting = (self.assistance * off - damping * spin) * tilting
         return righting, tilting * self._ahead * damping
 
     def _driven(

@@ -56,8 +56,11 @@ class TrialVariation:
         place = (terrain.row, NAMES.index(name))
         return getattr(self, name) * jax.lax.dynamic_slice(terrain.heights, place, (1, 1))[0, 0]
 
-    def height(self, terrain: Terrain, x: Float[Array, ""]) -> Float[Array, ""]:
-        """Returns the ground's height at x, m."""
+    def height(
+        self, terrain: Terrain, x: Float[Array, ""], y: Float[Array, ""] | None = None
+    ) -> Float[Array, ""]:
+        """Returns the ground's height at x, m; it is the same at all y."""
+        del y
         return self.drawn(terrain, "slope") * x
 
     def is_usual(self) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 import tyro
 
 from mjxwalk import cli, runs, walkers
+from mjxwalk.runs import config, study
 
 Sources = tyro.conf.Positional[tuple[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")], ...]]
 MILESTONE = 20.0  # m; Reil & Massey (2001), section 5
@@ -18,14 +19,14 @@ ENOUGH = 0.9  # of the perturbed starts
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class ReilTable:
-    """Let the best walker of each run walk again: as it evolved, at half its step, pushed.
+    """Tell when each phase first walked 20 m, and let the last phase's best walk again.
 
-    A walker holds that reaches 20 m from nine of ten perturbed starts, and from the usual one at
-    half its time step.
+    It walks as it evolved, at half its step and from perturbed starts. A walker holds that reaches
+    20 m from nine of ten perturbed starts, and from the usual one at half its time step.
 
     Attributes:
-      sources: folders of runs, or walkers that ship with mjxwalk.
-      starts: perturbed ones that each is tried from.
+      sources: folders of studies or runs, or walkers that ship with mjxwalk.
+      starts: perturbed ones that each is tried from; 0 to let none walk again.
       seed: of the starts.
       csv: file to write the table to as well.
     """
@@ -43,25 +44,34 @@ class ReilTable:
         """
         if not self.sources:
             raise runs.RunError("no runs were named")
-        if self.starts < 1:
-            raise runs.RunError(f"--starts must be at least 1, got {self.starts}")
-        for source in self.sources:
-            walkers.check(source)
+        if self.starts < 0:
+            raise runs.RunError(f"--starts must not be negative, got {self.starts}")
+        phases = [_phases(source) for source in self.sources]
+        for name in dict.fromkeys(name for each in phases for name in each):
+            print(_milestones(name, [each[name] for each in phases if name in each]))
+        if self.starts:
+            self._walk_again([list(each.values())[-1] for each in phases])
+        return 0
+
+    def _walk_again(self, sources: list[str]) -> None:
+        """Shows what the best walker of each source does now."""
         import pandas as pd
 
         from mjxwalk import engines
 
         engines.prepare()
-        table = pd.DataFrame([self._row(source) for source in self.sources])
+        table = pd.DataFrame([self._row(source) for source in sources])
         print(table.to_string(index=False, float_format=lambda value: f"{value:.2f}"))
-        print(f"{sum(table['holds'])} of {len(table)} hold")
+        held = table[table["holds"]]
+        print(f"{len(held)} of {len(table)} hold", end="")
+        means = ", ".join(f"{name} {held[name].mean():.2f}" for name in ("drift m", *_GAIT))
+        print(f"; on average of these {means}" if len(held) else "")
         if self.csv is not None:
             try:
                 table.to_csv(self.csv, index=False)
             except OSError as error:
                 raise runs.RunError(f"{self.csv} could not be written: {error}") from None
             print(self.csv)
-        return 0
 
     def _row(self, source: str) -> dict[str, Any]:
         import jax
@@ -83,15 +93,59 @@ class ReilTable:
         share = float(np.mean(pushed["distance"] >= MILESTONE))
         far = float(halved["distance"][0])
         return {
-            "walker": Path(source).name,
+            "walker": "/".join(Path(source).parts[-2:]),
             "generation": walker.generation,
             "m": float(evolved["distance"][0]),
             "m, half step": far,
             "starts": share,
             "holds": share >= ENOUGH and far >= MILESTONE,
-            "drift m": float(np.abs(evolved["drift"][0])),
+            "drift m": float(np.mean(np.abs(pushed["drift"][pushed["distance"] >= MILESTONE]))),
             **{name: float(np.nanmean(pushed[name])) for name in _GAIT},
         }
+
+
+def _phases(source: str) -> dict[str, str]:
+    """Returns the folders of a study's phases, or the source itself, by name.
+
+    Raises:
+      RunError: there is no such source.
+    """
+    if walkers.in_zoo(source) or not study.is_study(Path(source)):
+        walkers.check(source)
+        name = "" if walkers.in_zoo(source) else config.read(Path(source)).experiment.name
+        return {name.rpartition("/")[2]: source}
+    given = study.read(Path(source))
+    found: dict[str, str] = {}
+    for number, (name, _) in enumerate(given.phases):
+        folder = given.folder(Path(source), number)
+        if (folder / config.FILE).is_file():
+            walkers.check(str(folder))
+            found[name] = str(folder)
+    return found
+
+
+def _milestones(name: str, sources: list[str]) -> str:
+    """Returns in how many runs of a phase a walker came to 20 m, when, and how fast."""
+    reached: list[int] = []
+    speeds: list[float] = []
+    far: list[float] = []
+    for source in sources:
+        if walkers.in_zoo(source):
+            continue
+        metrics = runs.load(Path(source)).metrics
+        there = np.flatnonzero(np.asarray(metrics["best_fitness"]) >= MILESTONE)
+        if there.size:
+            reached.append(int(metrics["generation"][there[0]]))
+            speeds.append(float(metrics["speed_m_s"][there[0]]))
+        else:
+            far.append(float(np.max(metrics["best_fitness"])))
+    text = f"{name}: {len(reached)} of {len(reached) + len(far)} runs reach {MILESTONE:g} m"
+    if reached:
+        text += (
+            f" in generation {min(reached)} to {max(reached)}, median {np.median(reached):g}, at "
+            f"{np.mean(speeds):.2f} m/s on average and {max(speeds):.2f} at best"
+        )
+    return text + (f"; the others {min(far):.1f} to {max(far):.1f} m" if far else "")
 
 
 _GAIT = ("speed m/s", "step m", "double stance", "stride s", "knee swing deg")

@@ -135,7 +135,7 @@ class Reference:
         # The cross product of the trunk's vertical and the world's, about the trunk's x and y.
         off = upward.T @ np.cross(upward[:, 2], [0.0, 0.0, 1.0]) * env.assistance
         off[1] += env.assistance * np.sin(env.assistance_lean)
-        tilting = np.array([1.0, 1.0, 0.0])
+        tilting = np.array([env.assistance_roll, 1.0, 0.0])
         own = upward.T @ jacobian
         force = own.T @ (tilting * (off - damping * spin))
         if not self.implicit:

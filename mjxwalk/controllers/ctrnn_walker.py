@@ -84,8 +84,8 @@ class CtrnnWalker:
     lateral: float = 8.0
     sagittal: float = 8.0
     sense: float = 0.0
-    swing: float = 1.3
-    forward: float = 0.4
+    swing: float = 0.84
+    forward: float = 1.065
 
     def __post_init__(self) -> None:
         positive(self, "weight", "bias", "fastest", "slowest", "lateral", "sagittal", "swing")

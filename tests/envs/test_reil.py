@@ -12,6 +12,7 @@ from c_mujoco_reil import Reference, mujoco
 
 from mjxwalk.engines import lanes
 from mjxwalk.envs import Reil, Terrain, TrialVariation, VelocityMotor
+from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.reil import HipTargets, State
 from mjxwalk.envs.reil_body import GRAVITY, LEG
 from mjxwalk.envs.reil_trials import usual
@@ -20,7 +21,13 @@ IMPLICIT = Reil(
     timestep=0.001,
     knee_extension=0.0,
     knee_damping=5.0,
+    ankle_stiffness=1550.0,
+    ankle_damping=42.0,
     ankle_rest=0.1,
+    heel=-0.1,
+    min_speed=0.25,
+    toe=0.18,
+    knee_cap=JointStop(stiffness=5000.0, damping=60.0),
     terrain=TrialVariation(load=8.0, stride=0.1, push=0.2, sideways=0.1, pitch_rate=0.3),
     min_height=0.01,
     max_flight_time=9.0,
@@ -28,6 +35,7 @@ IMPLICIT = Reil(
     assistance=200.0,
     assistance_damping=30.0,
     assistance_lean=0.1,
+    assistance_roll=0.5,
     hips=VelocityMotor(approach=25.0, max_speed=5.0, max_torque=300.0, softness=1e-4),
 )
 EXPLICIT = dataclasses.replace(
@@ -228,8 +236,8 @@ def test_body_has_the_papers_sizes_and_densities() -> None:
     np.testing.assert_allclose(model.body_iquat, np.tile([1.0, 0, 0, 0], (model.nbody, 1)))
     assert model.nv == 14 and env.floating.mujoco.nv == 14
     np.testing.assert_allclose(model.body_mass, env.floating.mujoco.body_mass)
-    # Steiner: two balls 0.28 m apart.
-    across = 0.4 * foot * 0.08**2 + foot * 0.14**2
+    # Steiner: two balls apart.
+    across = 0.4 * foot * 0.08**2 + foot * (0.5 * (env.toe - env.heel)) ** 2
     np.testing.assert_allclose(model.body("foot_left").inertia[1:], across)
 
 
@@ -279,7 +287,7 @@ def test_physics_that_diverges_ends_the_walker_at_its_last_sound_state(absurd: f
         ({"timestep": 0.0}, "timestep must be a number above 0, got 0.0"),
         ({"knee_damping": -1.0}, "knee_damping must be 0 or above, got -1.0"),
         ({"integrator": "rk4"}, 'integrator must be "implicit" or "explicit", got "rk4"'),
-        ({"toe": -0.2}, "toe must be ahead of heel, -0.1 m, got -0.2"),
+        ({"toe": -0.2}, "toe must be ahead of heel, -0.079 m, got -0.2"),
         ({"knee_extension": 3.0}, "knee_extension must be below knee_flexion, 2.0 rad, got 3.0"),
     ],
 )

@@ -27,7 +27,8 @@ def test_assistance_is_a_phase_and_ends_at_the_milestone() -> None:
     assert assisted.env.assistance > 0.0 and unassisted.env.assistance == 0.0
     assert assisted.start == "zero" and unassisted.start == "population"
     assert assisted.goal.distance == unassisted.goal.distance == assisted.env.max_distance == 20.0
-    body = dataclasses.replace(assisted.env, assistance=0.0, assistance_damping=0.0)
+    without = {f.name: f.default for f in dataclasses.fields(Reil) if "assistance" in f.name}
+    body = dataclasses.replace(assisted.env, **without)
     assert body == unassisted.env and body.terrain.is_usual()
 
 
@@ -40,7 +41,7 @@ def test_a_steady_walker_has_to_hold_where_trials_differ_and_at_half_the_step() 
 
 
 def test_evolution_is_the_papers() -> None:
-    for _, experiment in STUDY.phases:
+    for _, experiment in STUDY.phases[:2]:
         assert experiment.strategy.name == "truncation-ga"
         assert experiment.population_size == 100
         assert isinstance(experiment.controller, CtrnnWalker) and experiment.controller.sense == 0
