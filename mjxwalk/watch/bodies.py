@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from mjxwalk.envs import Flame, Planar7, flame_body, planar7
+from mjxwalk.envs import Flame, Planar7, Reil, flame_body, planar7, reil_body
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
 
@@ -131,7 +131,13 @@ def layout(env: Any) -> Layout:
             tuple(flame_body.ACTUATED.tolist()),
             tuple(flame_body.CONTACT_SITES),
         )
-    raise RunError(f"a {type(env).__name__} cannot be shown; Planar7 and Flame can")
+    if isinstance(env, Reil):
+        return Layout(
+            tuple(range(reil_body.NUM_COORDINATES)),
+            tuple(reil_body.HIPS.tolist()),
+            reil_body.SPHERES,
+        )
+    raise RunError(f"a {type(env).__name__} cannot be shown; Planar7, Flame and Reil can")
 
 
 def describe(env: Any) -> Body:
@@ -233,8 +239,9 @@ def _sticks(model: Any, where: Layout) -> list[Stick]:
             if model.site_bodyid[site] == body
         ]
         ankle = _apart(model, body)
+        middle = np.mean([end[0] for end in ends])
         heel, toe = (
-            np.mean([end for end in ends if (end[0] > 0) == front], axis=0)
+            np.mean([end for end in ends if (end[0] > middle) == front], axis=0)
             for front in (False, True)
         )
         found.append(_stick(model, body, (ankle, heel, toe, ankle)))

@@ -4,7 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mjxwalk.envs import Flame
+from mjxwalk.envs import Flame, Reil
+from mjxwalk.envs.reil_body import YAW
 
 
 class Ending(NamedTuple):
@@ -38,6 +39,10 @@ def explain(env: Any, state: Any, ground: float) -> Ending:
         return Ending(
             "budget", f"spent its torque budget of {env.torque_budget:,.0f} N\u00a0m\u00a0s"
         )
+    if isinstance(env, Reil) and float(env.hindmost(state)) >= env.max_distance:
+        return Ending("time", f"came to {env.max_distance:g} m, where trials end")
+    if isinstance(env, Reil) and float(state.still_time) > env.max_still_time:
+        return Ending("slow", "its hips were asked to stand still")
     if int(state.num_steps) >= round(env.max_time / env.timestep):
         return Ending("time", f"walked until time was up, {env.max_time:g} s")
     return Ending("slow", f"too slow: {env.max_lag:g} m behind a pace of {env.min_speed:g} m/s")
@@ -46,6 +51,10 @@ def explain(env: Any, state: Any, ground: float) -> Ending:
 def _fall(env: Any, state: Any, ground: float) -> str:
     if float(state.flight_time) > env.max_flight_time:
         return f"both feet in the air for over {1000 * env.max_flight_time:g} ms"
+    if isinstance(env, Reil):
+        turned = abs(float(state.qpos[YAW])) > env.max_yaw
+        low = f"centre of mass lower than {env.min_height:.0%} of standing"
+        return "turned off its course" if turned else low
     height = float(state.qpos[2 if isinstance(env, Flame) else 1]) - ground
     if height < env.min_hip_height:
         return f"hips lower than {env.min_hip_height:g} m"

@@ -10,7 +10,8 @@ from jaxtyping import Array, Float
 
 from mjxwalk import engines
 from mjxwalk.engines import lanes, mjx
-from mjxwalk.envs import Terrain, dynamics, motor
+from mjxwalk.envs import Reil, Terrain, dynamics, motor
+from mjxwalk.envs.reil_body import SPHERE_RADIUS
 from mjxwalk.replay import Recording
 from mjxwalk.rollout import Controller
 from mjxwalk.watch import bodies
@@ -54,14 +55,20 @@ def measure(
 def _compiled(env: Any, controller: Controller, engine: str) -> Any:
     def forces(state: Any, memory: Any, genotype: Any, heights: Any, row: Any) -> Forces:
         _, action = controller.act(genotype, memory, env.observe(state))
-        driven = np.array(bodies.layout(env).motors)
-        torque = motor.driven(
-            action, state.qpos[driven], state.qvel[driven], env.limits, ahead=0.0
-        ).torque
-        return Forces(torque, ground_forces(env, state, Terrain(heights, row)))
+        terrain = Terrain(heights, row)
+        return Forces(_torques(env, state, action, terrain), ground_forces(env, state, terrain))
 
     vmap: Any = {"lanes": lanes.vmap, "lanes-xla": lanes.xla_vmap, "mjx": mjx.vmap}[engine]
     return vmap(forces, (0, 0, None, None, None))
+
+
+def _torques(env: Any, state: Any, action: Any, terrain: Terrain) -> Float[Array, " motor"]:
+    if isinstance(env, Reil):
+        return env.motor_torque(state, action, terrain)
+    driven = np.array(bodies.layout(env).motors)
+    return motor.driven(
+        action, state.qpos[driven], state.qvel[driven], env.limits, ahead=0.0
+    ).torque
 
 
 def ground_forces(env: Any, state: Any, terrain: Terrain) -> Float[Array, "point 3"]:
@@ -74,9 +81,11 @@ def ground_forces(env: Any, state: Any, terrain: Terrain) -> Float[Array, "point
     data = dynamics.forward(env.model, state.qpos[joints], state.qvel[joints])
     model = env.model.mujoco
     found: list[Array] = []
+    # A sphere touches the ground with its lowest point, whatever way the foot is turned.
+    below = np.array([0.0, 0.0, SPHERE_RADIUS if isinstance(env, Reil) else 0.0], np.float32)
     for name, stretch in zip(where.points, state.stretch, strict=True):
         site = model.site(name).id
-        point = data.site_xpos[site]
+        point = data.site_xpos[site] - below
         velocity = dynamics.point_velocity(
             data, int(model.site_bodyid[site]), dynamics.point_offset(data, point)
         )

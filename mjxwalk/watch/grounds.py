@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 from jaxtyping import Float
 
+from mjxwalk.envs.reil_trials import NAMES, TrialVariation
 from mjxwalk.envs.surface import SerpentineWalk
 
 BEHIND, AHEAD = 3.0, 8.0  # m of ground before the first and beyond the last place; ours
@@ -34,6 +35,8 @@ def around(
     terrain: Any, heights: Float[np.ndarray, "*node"], qpos: Float[np.ndarray, "frame walker _"]
 ) -> tuple[Ground, Float[np.ndarray, "row place"]]:
     """Returns the ground where walkers get to, and its heights, m."""
+    if isinstance(terrain, TrialVariation):
+        return _slope(terrain, heights, qpos)
     step = terrain.spacing
     first = int(np.floor((qpos[..., 0].min() - BEHIND - terrain.start) / step))
     last = int(np.ceil((qpos[..., 0].max() + AHEAD - terrain.start) / step))
@@ -52,6 +55,18 @@ def around(
         x=x, y=step * (low - middle), spacing=step, rows=len(rows), width=step * (len(rows) - 1)
     )
     return ground, heights[np.ix_(along, across)].T
+
+
+def _slope(
+    terrain: TrialVariation, draws: Any, qpos: Any
+) -> tuple[Ground, Float[np.ndarray, "row place"]]:
+    """Returns a plane that rises along x as the trial drew it."""
+    first, last = np.floor(qpos[..., 0].min() - BEHIND), np.ceil(qpos[..., 0].max() + AHEAD)
+    along = np.arange(first, last + 1)
+    rise = terrain.slope * float(draws[NAMES.index("slope")])
+    reach = BESIDE + float(np.abs(qpos[..., 1]).max())  # it drifts by metres
+    ground = Ground(x=float(first), y=0.0, spacing=1.0, rows=1, width=2 * reach)
+    return ground, (rise * along)[None]
 
 
 def height(ground: Ground, rows: Float[np.ndarray, "row place"], qpos: Any) -> float:
