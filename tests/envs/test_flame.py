@@ -97,7 +97,7 @@ def test_motion_agrees_with_c_mujoco(env: Flame, case: str) -> None:
     np.testing.assert_allclose(state.qvel, data.qvel[LEFT], atol=2e-2)
     np.testing.assert_allclose(state.stretch, reference.stretch, atol=1e-4)
     np.testing.assert_allclose(state.torque_cost, reference.torque_cost, rtol=1e-3, atol=1e-4)
-    ankles = data.xpos[[data.body(f"foot_{leg}").id for leg in ("left", "right")]] - data.qpos[:3]
+    ankles = data.xpos[[data.body(f"0/foot_{leg}").id for leg in ("left", "right")]] - data.qpos[:3]
     heading = np.array([np.cos(data.qpos[3]), np.sin(data.qpos[3]), 0.0])
     # The walker's are those that the last step saw, up to 1 ms at some 3 m/s ago.
     np.testing.assert_allclose(state.ankle_x, ankles @ heading, atol=4e-3)

@@ -133,5 +133,5 @@ def test_ground_in_space_reaches_to_the_sides_of_the_way() -> None:
 
 def test_a_body_that_is_not_known_is_refused() -> None:
     given = dataclasses.replace(cast(PLANAR), experiment=toy.Toy())
-    with pytest.raises(RunError, match="a World cannot be shown; Planar7 and Flame can"):
+    with pytest.raises(RunError, match="a World cannot be shown; Planar7, Flame and Reil can"):
         recording.perform(given, Trial(seconds=1.0))
