@@ -34,8 +34,8 @@ class ShipOscillators:
         from mjxwalk import runs, walkers
         from mjxwalk.analysis import fits
         from mjxwalk.controllers.rayleigh_walker import FITTED_PATH, Fitted
+        from mjxwalk.experiments import repeating
         from mjxwalk.runs import files
-        from mjxwalk.zoo import repeating
 
         best = walkers.best(self.run_folder)
         state = fits.settled_state(best.experiment, best.genotype, SETTLING_CYCLES)
