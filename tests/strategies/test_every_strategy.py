@@ -266,15 +266,17 @@ def test_no_key_is_used_twice(case: Case):
 
 
 @every_strategy
-def test_the_smallest_population_moves_a_bare_array_of_one_weight(case: Case):
-    template = jnp.zeros(())
+@pytest.mark.parametrize(
+    "template", [jnp.zeros(()), jnp.zeros((2, 3))], ids=["one weight", "a bare array"]
+)
+def test_the_smallest_population_moves_any_template(case: Case, template: Any):
     strategy = _compile(case, case.smallest_population)
     state = strategy.init(jax.random.key(0), template)
     keys = jax.random.split(jax.random.key(1), 5)
     first, state = strategy.ask(jax.random.key(2), state)
     state, _ = _evolve(strategy, keys, state)
     last, _ = strategy.ask(jax.random.key(3), state)
-    assert last.shape == (case.smallest_population,)
+    assert last.shape == (case.smallest_population, *template.shape)
     _assert_finite(last)
     assert jnp.any(last != first)
 

@@ -46,7 +46,6 @@ def check_alike(found: Agreement) -> None:
     assert min(found.reference.distance_m) > 0.5
 
 
-@pytest.mark.slow
 def test_the_planar_walker_walks_alike_in_c_mujoco(planar: Agreement) -> None:
     check_alike(planar)
 
@@ -87,7 +86,6 @@ def test_a_trial_ends_where_its_rules_say() -> None:
     assert low.steps == 1 and low.fell
 
 
-@pytest.mark.slow
 def test_a_lighter_body_is_noticed(planar: Agreement) -> None:
     walker = shorter("planar-lpd", max_time=1.5, torso_mass=35.0)
     experiment = walker.experiment
