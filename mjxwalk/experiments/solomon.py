@@ -51,7 +51,7 @@ PLANAR_FIL = dataclasses.replace(
     PLANAR_LPD,
     name="planar-fil",
     controller=LinearReactive(links="all"),
-    # ours: of those compared only this one finds gaits with all links from zero, see
+    # ours: of those compared only this one finds gaits with all links from zero in most seeds, see
     # docs/strategies.md.
     strategy=dataclasses.replace(FROM_ZERO, name="deep-ga"),
     goal=Goal(),
