@@ -262,13 +262,8 @@ class Flame:
 
     def _forward(self, state: State, axes: Float[Array, "3 3"]) -> Any:
         """Returns positions, velocities and bias forces in the torso's axes."""
-        velocity = state.qvel[:3] @ axes
-        spin = floating.spin(state.qpos[EULER], state.qvel[EULER])
-        return floating.forward(
-            self.floating,
-            state.qpos[COORDINATE][6:],
-            jnp.concatenate([velocity, spin, state.qvel[COORDINATE][6:]]),
-            -GRAVITY * axes[2],
+        return floating.forward_from_euler(
+            self.floating, state.qpos[COORDINATE], state.qvel[COORDINATE], axes, GRAVITY
         )
 
     def _contacts(
@@ -318,22 +313,18 @@ class Flame:
         )
         driven = self._with_springs(action)
         drive = motor.driven(driven, angle, rate, self._joint_limits, ahead=self._ahead)
-        torque, inertia = drive.torque + stop.torque, drive.added_inertia + stop.added_inertia
-        springs = flame_body.springs(self.body)
-        if springs is None:
-            return torque, inertia
-        passive = motor.sprung(springs, angle, rate, ahead=self._ahead)
-        return torque + passive.torque, inertia + passive.added_inertia
+        passive = motor.sprung(flame_body.springs(self.body), angle, rate, ahead=self._ahead)
+        return motor.total(drive, stop, passive)
 
     @property
     def _joint_limits(self) -> motor.Limits | None:
         """The motors' limits on all nine joints."""
         if self.limits is None:
             return None
-        lowest, highest = np.full((2, 9), np.inf, np.float32)
+        lowest, highest = np.full(9, -np.inf, np.float32), np.full(9, np.inf, np.float32)
         motors = ACTUATED - JOINTS.start
         lowest[motors], highest[motors] = self.limits
-        return motor.Limits(np.where(lowest == np.inf, -np.inf, lowest), highest)
+        return motor.Limits(lowest, highest)
 
     def _with_springs(self, action: Action) -> Action:
         """Returns the action of all nine joints: the ankles' rolls are passive springs."""

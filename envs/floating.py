@@ -93,6 +93,27 @@ def forward(
     return mjx.rne(model.mjx.tree_replace({"opt.gravity": gravity}), data)
 
 
+def forward_from_euler(
+    model: Model,
+    qpos: Float[Array, " joint"],
+    qvel: Float[Array, " joint"],
+    axes: Float[Array, "3 3"],
+    gravity: float,
+) -> Any:
+    """Returns the same of a root whose coordinates are its place and `rotation`'s angles.
+
+    Args:
+      model: as `forward` takes it.
+      qpos: of the root's six joints, then of the hinges.
+      qvel: their rates.
+      axes: the root's, from `rotation`.
+      gravity: downwards, m/s^2.
+    """
+    turning = spin(qpos[3:6], qvel[3:6])
+    rates = jnp.concatenate([qvel[:3] @ axes, turning, qvel[6:]])
+    return forward(model, qpos[6:], rates, -gravity * axes[2])
+
+
 def _place(
     m: Any, angles: Float[Array, " joint"]
 ) -> tuple[Float[Array, "body 3"], Float[Array, "body 3 3"], Float[Array, "nv 6"]]:

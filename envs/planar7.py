@@ -287,9 +287,6 @@ class Planar7:
             angle, rate, lower, upper, timestep=self.timestep, implicit=implicit
         )
         drive = motor.driven(action, angle, rate, self.limits, ahead=self._ahead)
-        torque, inertia = drive.torque + stop.torque, drive.added_inertia + stop.added_inertia
         springs = planar7_body.springs(self.model.mujoco)
-        if springs is None:
-            return torque, inertia
         passive = motor.sprung(springs, angle, rate, ahead=self._ahead)
-        return torque + passive.torque, inertia + passive.added_inertia
+        return motor.total(drive, stop, passive)

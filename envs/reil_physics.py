@@ -157,14 +157,7 @@ class ReilPhysics:
 
     def _forward(self, state: State, axes: Float[Array, "3 3"]) -> Any:
         """Returns positions, velocities and bias forces in the trunk's axes."""
-        velocity = state.qvel[:3] @ axes
-        spin = floating.spin(state.qpos[EULER], state.qvel[EULER])
-        return floating.forward(
-            self.floating,
-            state.qpos[JOINTS],
-            jnp.concatenate([velocity, spin, state.qvel[JOINTS]]),
-            -GRAVITY * axes[2],
-        )
+        return floating.forward_from_euler(self.floating, state.qpos, state.qvel, axes, GRAVITY)
 
     def _contacts(
         self, state: State, data: Any, axes: Float[Array, "3 3"], terrain: Terrain

@@ -16,6 +16,7 @@ from mjxwalk.strategies import checks, vectors
 from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
 from mjxwalk.strategies.metrics import SearchMetrics, measure_search
 from mjxwalk.strategies.ranks import nes_utilities
+from mjxwalk.strategies.snes import default_sigma_learning_rate
 
 MEAN_LEARNING_RATE = 1.0  # Wierstra et al. (2014), table 1
 
@@ -96,10 +97,9 @@ def default_learning_rate(num_weights: int, population_size: int) -> float:
     beyond, it grows in proportion, as noise of the gradient falls, up to the table's for separable
     search, which adapts as many variances as there are weights.
     """
-    root = math.sqrt(num_weights)
-    table = (9 + 3 * math.log(num_weights)) / (5 * num_weights * root)
-    separable = (3 + math.log(num_weights)) / (5 * root)
+    table = (9 + 3 * math.log(num_weights)) / (5 * num_weights * math.sqrt(num_weights))
     usual = 4 + int(3 * math.log(num_weights))
+    separable = default_sigma_learning_rate(num_weights)
     return min(table * max(1.0, population_size / usual), max(table, separable))
 
 

@@ -76,11 +76,8 @@ def angles_over_time(shown: Course, seconds: float = 8.0) -> Figure:
 
 def locking(shown: Course) -> Figure:
     """Returns Figure 14: the left hip over the left output; thick once it has settled."""
-    figure = Figure(figsize=(9, 4.2), layout="constrained")
-    axis: Any = figure.subplots()
-    _cycle(axis, shown, shown.desired[:, 0], shown.hip[:, 0])
-    axis.set(xlabel="desired left hip angle (rad)", ylabel="actual left hip angle (rad)")
-    return figure
+    names = "desired left hip angle (rad)", "actual left hip angle (rad)"
+    return _one_cycle(shown, shown.desired[:, 0], shown.hip[:, 0], names)
 
 
 def attractors(shown: Course) -> Figure:
@@ -98,10 +95,16 @@ def attractors(shown: Course) -> Figure:
 
 def limit_cycle(shown: Course) -> Figure:
     """Returns Figure 16: the left knee over the left hip; thick once they have settled."""
+    names = "left hip angle (rad)", "left knee angle (rad)"
+    return _one_cycle(shown, shown.hip[:, 0], shown.knee[:, 0], names)
+
+
+def _one_cycle(shown: Course, x: Any, y: Any, names: tuple[str, str]) -> Figure:
+    """Returns a figure of one angle over another, whose axes have these names."""
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     axis: Any = figure.subplots()
-    _cycle(axis, shown, shown.hip[:, 0], shown.knee[:, 0])
-    axis.set(xlabel="left hip angle (rad)", ylabel="left knee angle (rad)")
+    _cycle(axis, shown, x, y)
+    axis.set(xlabel=names[0], ylabel=names[1])
     return figure
 
 

@@ -38,10 +38,7 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
       RunError: a setting is unknown or has a wrong value, or the run cannot start from what it
         was told to.
     """
-    experiment = scaled(experiments.get(asked.experiment), asked.scale)
-    if asked.body is not None:
-        experiment = own_body.put(experiment, asked.body)
-    experiment = _with_flags(asked, experiment)
+    experiment = _with_flags(asked, scaled(experiments.get(asked.experiment), asked.scale))
     if asked.strategy is not None:
         experiment = _with_strategy(asked.strategy, experiment)
     for path, value in _assignments(asked):
@@ -90,10 +87,7 @@ def choose_study(asked: "Evolve") -> StudyConfig:
       RunError: a setting is unknown or has a wrong value.
     """
     study = experiments.get_study(asked.experiment).scaled(asked.scale)
-    phases = dict(study.phases)
-    if asked.body is not None:
-        phases = {name: own_body.put(each, asked.body) for name, each in phases.items()}
-    phases = {name: _with_flags(asked, experiment) for name, experiment in phases.items()}
+    phases = {name: _with_flags(asked, experiment) for name, experiment in study.phases}
     for path, value in _assignments(asked):
         name, _, rest = path.partition(".")
         if name not in phases or not rest:
@@ -124,6 +118,9 @@ def _save_every(experiment: Any) -> int:
 
 
 def _with_flags(asked: "Evolve", experiment: Any) -> Any:
+    """Returns the experiment with the body and the settings that have flags of their own."""
+    if asked.body is not None:
+        experiment = own_body.put(experiment, asked.body)
     for flag, path in SETTINGS.items():
         value = getattr(asked, flag)
         if value is not None:

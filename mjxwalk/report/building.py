@@ -61,7 +61,9 @@ def build(
         sections = reil.sections(variants, num_trials=num_trials, engine=engine, say=say)
         references = reil.REFERENCES
     else:
-        sections = _sections(variants, num_trials=num_trials, seed=seed, engine=engine, say=say)
+        sections = _sections(
+            variants, asked, num_trials=num_trials, seed=seed, engine=engine, say=say
+        )
         references = REFERENCES
     return Page(
         title=_title(read),
@@ -74,14 +76,23 @@ def build(
 
 def _sections(
     variants: Mapping[str, Sequence[Phase]],
+    asked: Mapping[str, Sequence[Phase]],
     *,
     num_trials: int,
     seed: int,
     engine: str,
     say: Callable[[str], None],
 ) -> tuple[Section, ...]:
-    """Returns what there is to tell of walkers of Solomon, Locascio & Hartmann."""
-    asked = {name: each for name, each in variants.items() if not each[0].is_between}
+    """Returns what there is to tell of walkers of Solomon, Locascio & Hartmann.
+
+    Args:
+      variants: by phase, in their order.
+      asked: those of them whose walkers are asked for.
+      num_trials: 0 to record none.
+      seed: of the trials.
+      engine: that runs them.
+      say: is told what begins.
+    """
     found: dict[str, recorded.Recorded] = {}
     if num_trials:
         found = recorded.record(asked, num_trials=num_trials, seed=seed, engine=engine, say=say)
