@@ -2,6 +2,6 @@
 
 import sys
 
-from mjxwalk.cli import main
+from mjxwalk.cli import program
 
-sys.exit(main())
+sys.exit(program())

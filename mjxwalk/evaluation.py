@@ -15,6 +15,8 @@ from mjxwalk.rollout import Outcome
 # compile once for most numbers of terrains.
 TABLE_ROWS = 512
 
+OUTCOME = Outcome._make(range(len(Outcome._fields)))  # what a rollout returns, as a tree
+
 
 @runtime_checkable
 class Task(Protocol):
@@ -38,7 +40,7 @@ class Evaluator:
         self.engine, self.why = engines.choose(engine)
         in_axes: Any = (0, Terrain(None, 0))  # type: ignore[arg-type]
         if self.engine == "lanes":
-            self._run = lanes.vmap(task.rollout, in_axes)
+            self._run = lanes.vmap(task.rollout, in_axes, results=OUTCOME)
             self.devices = f"{self._run.threads} CPU threads"
         else:
             vmap = lanes.xla_vmap if self.engine == "lanes-xla" else mjx.vmap

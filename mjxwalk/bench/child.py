@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from mjxwalk import own_process
 from mjxwalk.errors import RunError
 
 MEMORY_STEPS = 100  # ours: memory is taken at the start
@@ -52,9 +53,10 @@ def _ask(args: list[str], cache: str | None = None) -> dict[str, Any]:
 def _compile(body: str) -> dict[str, Any]:
     from mjxwalk.bench import bodies
     from mjxwalk.engines import lanes
+    from mjxwalk.evaluation import OUTCOME
 
     walkers = bodies.walkers(bodies.BODIES[body], 1)
-    mapped = lanes.vmap(bodies.BODIES[body].study().rollout, walkers.axes)
+    mapped = lanes.vmap(bodies.BODIES[body].study().rollout, walkers.axes, results=OUTCOME)
     started = time.perf_counter()
     mapped.compile(walkers.genotypes, walkers.terrain)
     return {"seconds": time.perf_counter() - started}
@@ -98,4 +100,5 @@ def main(args: list[str]) -> None:
 
 
 if __name__ == "__main__":
+    own_process.declare()
     main(sys.argv[1:])

@@ -1,5 +1,5 @@
 """The command line. Nothing here imports JAX before the arguments are parsed."""
 
-from mjxwalk.cli.entry import main, run
+from mjxwalk.cli.entry import main, program, run
 
-__all__ = ["main", "run"]
+__all__ = ["main", "program", "run"]

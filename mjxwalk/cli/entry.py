@@ -6,12 +6,19 @@ import sys
 from collections.abc import Sequence
 
 import mjxwalk
+from mjxwalk import own_process
 from mjxwalk.cli.commands import COMMANDS, Command, overview
 from mjxwalk.errors import RunError, near
 
 PROGRAM = "mjxwalk"
 WRONG_INPUT = 2
 STOPPED = 128 + int(signal.SIGINT)  # as a shell reports a program that Ctrl-C ended
+
+
+def program() -> int:
+    """Runs the command of this process, which runs nothing else, and returns its exit code."""
+    own_process.declare()
+    return main()
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -2,10 +2,11 @@
 
 import contextlib
 import os
-from pathlib import Path
 from typing import NamedTuple
 
 import jax
+
+from mjxwalk import cache_folder
 
 ENGINES = ("auto", "lanes", "lanes-xla", "mjx")
 
@@ -26,8 +27,9 @@ def prepare() -> None:
     with contextlib.suppress(RuntimeError):
         jax.config.update("jax_num_cpu_devices", num_cores())
     if jax.config.values["jax_compilation_cache_dir"] is None:
-        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        jax.config.update("jax_compilation_cache_dir", str(Path(home) / "mjxwalk" / "xla"))
+        folder = cache_folder.folder("xla")
+        if folder is not None:
+            jax.config.update("jax_compilation_cache_dir", str(folder))
 
 
 def num_cores() -> int:

@@ -1,23 +1,34 @@
 """From a Python function to a loaded kernel."""
 
 import dataclasses
+import itertools
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
 import llvmlite
+import msgspec
 import numpy as np
 
 from mjxwalk import __version__
-from mjxwalk.engines.lanes import cache, control, elementwise, indexing, moving, summing, target
+from mjxwalk.engines.lanes import (
+    cache,
+    control,
+    elementwise,
+    indexing,
+    moving,
+    settings,
+    summing,
+    target,
+)
 from mjxwalk.engines.lanes.code import Target
+from mjxwalk.engines.lanes.errors import CannotCompileError
 from mjxwalk.engines.lanes.frame import Argument, Result
 from mjxwalk.engines.lanes.graph import Graph
-from mjxwalk.engines.lanes.identity import Identity, Unnamed, decoded, encoded, holds, manifest
 from mjxwalk.engines.lanes.kernel import kernel
 from mjxwalk.engines.lanes.program import operations, program
-from mjxwalk.engines.lanes.tracing import ARGUMENT, Handler, Nodes, Refusal, Tracer
+from mjxwalk.engines.lanes.tracing import ARGUMENT, NUMBERS, Handler, Nodes, Refusal, Tracer
 
 HANDLERS: dict[str, Handler] = {
     **moving.HANDLERS,
@@ -26,6 +37,10 @@ HANDLERS: dict[str, Handler] = {
     **summing.HANDLERS,
     **control.HANDLERS,
 }
+
+# JAX remembers traces by the function's object and by contexts like this one.
+_TRACE = jax.make_user_context(0)
+_TRACES = itertools.count(1)
 
 VERSIONS = (__version__, llvmlite.__version__, jax.__version__, np.__version__)
 
@@ -67,13 +82,29 @@ class Compiled:
 
 
 def traced(
-    function: Callable[..., Any], tree: Any, abstracts: Sequence[Abstract]
+    function: Callable[..., Any], tree: Any, abstracts: Sequence[Abstract], *, anew: bool = True
 ) -> tuple[Graph, list[Nodes], Any]:
-    """Returns the scalar graph of a function of one walker, its outputs and their tree."""
+    """Returns the scalar graph of a function of one walker, its outputs and their tree.
+
+    Args:
+      anew: whether to use nothing that JAX traced before, such as the body of a scan, since a
+        global or an attribute that it reads may have changed.
+    """
     leaves = [jax.ShapeDtypeStruct(a.shape, np.dtype(a.dtype), weak_type=a.weak) for a in abstracts]
-    args, kwargs = jax.tree.unflatten(tree, leaves)
-    jaxpr, shapes = jax.make_jaxpr(function, return_shape=True)(*args, **kwargs)
+
+    def flat(*leaves: Any) -> Any:
+        args, kwargs = jax.tree.unflatten(tree, leaves)
+        return function(*args, **kwargs)
+
+    with _TRACE(next(_TRACES) if anew else 0):
+        jaxpr, shapes = jax.make_jaxpr(flat, return_shape=True)(*leaves)
     tracer = Tracer(HANDLERS)
+    for a in [*abstracts, *jax.tree.leaves(shapes)]:
+        if str(a.dtype) not in NUMBERS:
+            raise CannotCompileError(
+                f"the lanes engine takes and returns numbers of the types {', '.join(NUMBERS)}, "
+                f"got {a.dtype}; use --engine mjx"
+            )
     inputs = [
         Nodes((ARGUMENT * (n + 1) + np.arange(a.size)).reshape(a.shape), a.dtype)
         for n, a in enumerate(abstracts)
@@ -81,22 +112,44 @@ def traced(
     try:
         values = tracer.run(jaxpr.jaxpr, jaxpr.consts, inputs)
     except Refusal as refusal:
-        raise refusal.error("a line that JAX did not record") from None
+        raise refusal.error("a line that JAX did not record") from refusal.__cause__
     outputs = [Nodes(tracer.nodes(value), value.dtype) for value in values]
     return tracer.graph, outputs, jax.tree.structure(shapes)
 
 
+class _Entry(msgspec.Struct, frozen=True):
+    """A kernel that was found by its settings: where its code is, and what runs it."""
+
+    code: str
+    workspace: int
+    shapes: tuple[tuple[int, ...], ...]
+    dtypes: tuple[str, ...]
+    operations: int
+    loaded: settings.Loaded
+
+
 def compiled(
-    function: Callable[..., Any], tree: Any, abstracts: Sequence[Abstract], chosen: Target
+    function: Callable[..., Any],
+    tree: Any,
+    abstracts: Sequence[Abstract],
+    chosen: Target,
+    results: Any = None,
 ) -> Compiled:
-    """Returns the kernel of a function of one walker, from the disk if it is there."""
+    """Returns the kernel of a function of one walker, its code from the disk if it is there.
+
+    Args:
+      results: a tree like what the function returns. With it, the kernel is found without tracing
+        if the function's settings say what it computes.
+    """
     start = time.perf_counter()
-    name, modules = _name(function, tree, abstracts, chosen)
-    with cache.alone(name):
-        found = _found(name, chosen, start) if name else None
-        if found is not None:
-            return found
-        return _made(function, tree, abstracts, chosen, name, modules, start)
+    key = None if results is None else settings.key(function)
+    if key is None:
+        return _made(function, tree, abstracts, chosen, None, start)
+    parts = (key, repr(tree), repr(tuple(abstracts)), repr(chosen), *VERSIONS)
+    name = cache.digest("settings", *parts)
+    with cache.alone("settings", name):
+        found = _found(name, chosen, jax.tree.structure(results), start)
+        return found or _made(function, tree, abstracts, chosen, name, start)
 
 
 def _made(
@@ -104,12 +157,11 @@ def _made(
     tree: Any,
     abstracts: Sequence[Abstract],
     chosen: Target,
-    name: str,
-    modules: set[str],
+    name: str | None,
     start: float,
 ) -> Compiled:
-    """Returns the kernel of a function of one walker, and leaves it on the disk."""
-    graph, outputs, output_tree = traced(function, tree, abstracts)
+    """Returns the kernel of a function of one walker, traced; writes it under a name if given."""
+    graph, outputs, output_tree = traced(function, tree, abstracts, anew=name is None)
     whole = program(graph, [n for out in outputs for n in out.array.ravel().tolist()])
     text = kernel(
         whole,
@@ -117,81 +169,62 @@ def _made(
         [Result(out.array.size, out.dtype) for out in outputs],
         chosen,
     )
-    code, cached = _code(text.text, chosen)
-    header: cache.Header = {
-        "workspace": text.workspace,
-        "shapes": [list(out.array.shape) for out in outputs],
-        "dtypes": [out.dtype for out in outputs],
-        "operations": operations(whole),
-    }
-    if name:
-        _remember(name, modules, header, output_tree, code)
-    return _loaded(code, chosen, header, output_tree, start, cached)
+    code_name = cache.digest("code", text.text, repr(chosen), *VERSIONS)
+    code, cached = _code(code_name, text.text, chosen)
+    loaded = None if name is None else settings.loaded()
+    entry = _Entry(
+        code=code_name,
+        workspace=text.workspace,
+        shapes=tuple(tuple(out.array.shape) for out in outputs),
+        dtypes=tuple(out.dtype for out in outputs),
+        operations=operations(whole),
+        loaded=loaded or settings.Loaded({}, {}),
+    )
+    if name is not None and loaded is not None:
+        cache.write(name, msgspec.to_builtins(entry), b"")
+    return _ready(code, chosen, entry, output_tree, start, cached)
 
 
-def _code(text: str, chosen: Target) -> tuple[bytes, bool]:
-    """Returns the object code of IR and whether it was on the disk."""
-    name = cache.digest("code", text, repr(chosen), *VERSIONS)
-    entry = cache.read(name)
-    if entry is not None:
-        return entry[1], True
-    code = target.assemble(text, chosen)
-    cache.write(name, {}, code)
-    return code, False
+def _code(name: str, text: str, chosen: Target) -> tuple[bytes, bool]:
+    """Returns the object code of IR, by a name that depends on all of it; whether it was there."""
+    with cache.alone("code", name):
+        found = cache.read(name)
+        if found is not None:
+            return found[1], True
+        code = target.assemble(text, chosen)
+        cache.write(name, {}, code)
+        return code, False
 
 
-def _name(
-    function: Callable[..., Any], tree: Any, abstracts: Sequence[Abstract], chosen: Target
-) -> tuple[str, set[str]]:
-    """Returns the name of a kernel before it is traced, or an empty one, and where it came from."""
-    identity = Identity()
-    try:
-        text = identity.text(function)
-    except Unnamed:
-        return "", set()
-    settings = f"x64={jax.config.values['jax_enable_x64']}"
-    parts = (text, str(tree), repr(tuple(abstracts)), repr(chosen), settings, *VERSIONS)
-    return cache.digest("function", *parts), identity.modules
-
-
-def _remember(
-    name: str, modules: set[str], header: cache.Header, output_tree: Any, code: bytes
-) -> None:
-    """Writes a kernel to the disk under its function's name, unless its outputs have no text."""
-    files = manifest(modules)
-    numbered = jax.tree.unflatten(output_tree, range(output_tree.num_leaves))
-    try:
-        header = {**header, "tree": encoded(numbered)}
-    except Unnamed:
-        return
-    if files is not None:
-        cache.write(name, {**header, "files": files}, code)
-
-
-def _found(name: str, chosen: Target, start: float) -> Compiled | None:
+def _found(name: str, chosen: Target, output_tree: Any, start: float) -> Compiled | None:
     """Returns a kernel from the disk, if all that it was made from is unchanged."""
-    entry = cache.read(name)
-    if entry is None:
+    found = cache.read(name)
+    if found is None:
         return None
-    header, code = entry
-    if not holds(header["files"]):
+    try:
+        entry = msgspec.convert(found[0], _Entry)
+    except msgspec.ValidationError:
         return None
-    output_tree = jax.tree.structure(decoded(header["tree"]))
-    return _loaded(code, chosen, header, output_tree, start, cached=True)
+    code = cache.read(entry.code)
+    if code is None or len(entry.shapes) != output_tree.num_leaves:
+        return None
+    if not settings.holds(entry.loaded):
+        return None
+    return _ready(code[1], chosen, entry, output_tree, start, cached=True)
 
 
-def _loaded(
-    code: bytes, chosen: Target, header: cache.Header, output_tree: Any, start: float, cached: bool
+def _ready(
+    code: bytes, chosen: Target, entry: _Entry, output_tree: Any, start: float, cached: bool
 ) -> Compiled:
     loaded = target.Loaded(code)
     return Compiled(
         loaded=loaded,
         target=chosen,
-        workspace=header["workspace"],
+        workspace=entry.workspace,
         output_tree=output_tree,
-        output_shapes=tuple(tuple(shape) for shape in header["shapes"]),
-        output_dtypes=tuple(header["dtypes"]),
-        operations=header["operations"],
+        output_shapes=entry.shapes,
+        output_dtypes=entry.dtypes,
+        operations=entry.operations,
         seconds=time.perf_counter() - start,
         cached=cached,
     )

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 
 from mjxwalk.engines.lanes.builder import Builder
+from mjxwalk.engines.lanes.errors import CannotCompileError
 from mjxwalk.engines.lanes.graph import Graph
 from mjxwalk.engines.lanes.series import Formula, cos, exp, exp2, log, sin, tan
 from mjxwalk.engines.lanes.simplify import RULES
@@ -15,6 +16,13 @@ from mjxwalk.engines.lanes.simplify import RULES
 TANH = (-3.33332819422e-1, 1.33314422036e-1, -5.37397155531e-2, 2.06390887954e-2, -5.70498872745e-3)
 ATAN = (-3.33329491539e-1, 1.99777106478e-1, -1.38776856032e-1, 8.05374449538e-2)
 ASIN = (1.6666752422e-1, 7.4953002686e-2, 4.5470025998e-2, 2.4181311049e-2, 4.2163199048e-2)
+
+# Eigen's, single precision (https://eigen.tuxfamily.org, generic_fast_erf)
+ERF_ABOVE = (-1.60960333262415e-2, -2.95459980854025e-3, -7.34990630326855e-4,
+             -5.69250639462346e-5, -2.10102402082508e-6, 2.77068142495902e-8,
+             -2.72614225801306e-10)  # fmt: skip
+ERF_BELOW = (-1.42647390514189e-2, -7.37332916720468e-3, -1.68282697438203e-3,
+             -2.13374055278905e-4, -1.45660718464996e-5)  # fmt: skip
 
 
 def _expm1(build: Builder, x: int) -> int:
@@ -183,11 +191,21 @@ def _cbrt(build: Builder, x: int) -> int:
     return _with_sign(build, root, x)
 
 
+def _erf(build: Builder, x: int) -> int:
+    """An odd rational function, good to 4e-7; 1 or -1 beyond 4."""
+    f = Formula(build, build.dtype(x))
+    inside = f("max", f("min", x, 4.0), -4.0)
+    square = f("mul", inside, inside)
+    above, below = f.polynomial(square, ERF_ABOVE), f.polynomial(square, ERF_BELOW)
+    return f("mul", inside, f("div", above, below))
+
+
 EXPANSIONS: dict[str, Callable[..., int]] = {
     "sin": sin, "cos": cos, "tan": tan, "exp": exp, "exp2": exp2, "log": log,
     "expm1": _expm1, "log1p": _log1p, "tanh": _tanh, "logistic": _logistic, "sinh": _sinh,
     "cosh": _cosh, "atan": _atan, "atan2": _atan2, "asin": _asin, "acos": _acos, "asinh": _asinh,
     "acosh": _acosh, "atanh": _atanh, "pow": _pow, "cbrt": _cbrt,
+    "erf": _erf,
 }  # fmt: skip
 
 
@@ -204,4 +222,7 @@ class Expander(Builder):
             return super().make(op, dtype, args, data)
         if dtype == "float32" or op in ("exp", "exp2", "log"):
             return expansion(self, *args)
-        return super().make(op, dtype, args, data)
+        raise CannotCompileError(
+            f"the lanes engine cannot compile `{op}` of {dtype} numbers; use float32, or "
+            "--engine mjx, which runs anything that JAX can trace"
+        )

@@ -130,6 +130,8 @@ def _choose(t: Tracer, choices: list[int], place: int) -> int:
 
 def _write(t: Tracer, operand: Value, windows: Windows, updates: Value, combine: str) -> Value:
     """Returns the operand with updates [places..., steps...] put in, in order, where inside."""
+    if updates.array.size == 0:
+        return operand
     ids = t.nodes(operand).copy().ravel()
     new = t.nodes(updates).reshape(-1, windows.steps.size)
     inside = t.nodes(windows.inside).ravel().tolist()

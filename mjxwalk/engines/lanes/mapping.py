@@ -20,24 +20,30 @@ def vmap(
     *,
     width: int | None = None,
     threads: int | None = None,
+    results: Any = None,
 ) -> "Mapped":
     """Returns what `jax.jit(jax.vmap(function, in_axes))` is, compiled for the host CPU's vectors.
 
     Results are numpy arrays. An argument whose axis is None is shared by all walkers: it is read
     where it lies, never copied. Inside `jax.jit` the call becomes a callback.
 
+    Like `jax.jit`, what is returned keeps what it compiled: a global that `function` reads counts
+    as it is at the first call with arguments of a shape. A new `vmap` always traces anew.
+
     Args:
       function: works on one walker; a pure function of small arrays.
       in_axes: as `jax.vmap` takes it; keyword arguments are mapped along their first axis.
       width: lanes of a vector; None takes MJXWALK_LANES_WIDTH, or what the CPU is best at.
       threads: None takes MJXWALK_LANES_THREADS, or all CPUs that the process may use.
+      results: a tree like what `function` returns. With it the program finds kernels of its own
+        frozen settings without tracing; functions of others are traced all the same.
 
     Raises:
       CannotCompileError: when called, if the function uses what the engine cannot compile.
       ValueError: width is not one of 4, 8 and 16, or threads is below 1; when called, mapped axes
         differ in size or there is none.
     """
-    return Mapped(function, in_axes, width=width, threads=threads)
+    return Mapped(function, in_axes, width=width, threads=threads, results=results)
 
 
 class Mapped:
@@ -50,7 +56,13 @@ class Mapped:
     """
 
     def __init__(
-        self, function: Callable[..., Any], in_axes: Any, *, width: int | None, threads: int | None
+        self,
+        function: Callable[..., Any],
+        in_axes: Any,
+        *,
+        width: int | None,
+        threads: int | None,
+        results: Any,
     ) -> None:
         functools.update_wrapper(self, function, updated=())
         self.threads = running.threads(threads)
@@ -58,6 +70,7 @@ class Mapped:
         self.utilisation = 1.0
         self._function = function
         self._in_axes = tuple(in_axes) if isinstance(in_axes, list) else in_axes
+        self._results = results
         self._target = host(width)
         self._kernels: dict[Any, Compiled] = {}
 
@@ -89,11 +102,18 @@ class Mapped:
 
     def _kernel(self, leaves: list[Any], tree: Any, axes: list[int | None]) -> Compiled:
         abstracts = tuple(_abstract(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True))
-        key = (abstracts, tree)
-        if key not in self._kernels:
-            self._kernels[key] = compiled(self._function, tree, abstracts, self._target)
-        self.compiled = self._kernels[key]
-        return self.compiled
+        # Trees are equal whose static parts are: as text 1 and True differ, and 0.0 and -0.0.
+        key = (abstracts, str(tree), tree, _configuration())
+        try:
+            found = self._kernels.get(key)
+        except (TypeError, ValueError):  # static parts that cannot be compared, such as arrays
+            key, found = None, None
+        if found is None:
+            found = compiled(self._function, tree, abstracts, self._target, self._results)
+            if key is not None:
+                self._kernels[key] = found
+        self.compiled = found
+        return found
 
     def _run(self, kernel: Compiled, arrays: list[Array], count: int) -> Any:
         outputs = [
@@ -120,6 +140,24 @@ class Mapped:
 
         outputs = jax.pure_callback(run, shapes, *leaves, vmap_method="sequential")
         return jax.tree.unflatten(kernel.output_tree, outputs)
+
+
+CONFIGURING = (
+    "jax_enable_x64",
+    "jax_default_dtype_bits",
+    "jax_default_matmul_precision",
+    "jax_default_prng_impl",
+    "jax_enable_custom_prng",
+    "jax_numpy_dtype_promotion",
+    "jax_numpy_rank_promotion",
+    "jax_random_seed_offset",
+    "jax_threefry_partitionable",
+)
+
+
+def _configuration() -> tuple[Any, ...]:
+    """Returns the settings of JAX that change what a trace computes, as they are in this thread."""
+    return tuple(getattr(jax.config, name, None) for name in CONFIGURING)
 
 
 def _abstract(leaf: Any, axis: int | None) -> Abstract:

@@ -18,6 +18,8 @@ CUMULATIVE = {"cumsum": "add", "cumprod": "mul", "cummax": "max", "cummin": "min
 def _start(op: str, dtype: str) -> Any:
     """Returns the number that leaves any other unchanged."""
     if op in ("max", "min"):
+        if dtype == "bool":
+            return op == "min"
         if is_float(dtype):
             return -np.inf if op == "max" else np.inf
         limits = np.iinfo(dtype)

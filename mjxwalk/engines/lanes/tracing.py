@@ -22,6 +22,8 @@ from mjxwalk.engines.lanes.simplify import simplifying
 # million entries costs no nodes, and rows of it are recognised by their consecutive numbers.
 ARGUMENT = 1 << 40
 
+NUMBERS = tuple("bool int8 int16 int32 int64 uint8 uint16 uint32 uint64 float32 float64".split())
+
 Equation = Any  # jax.extend.core.JaxprEqn; its parts are untyped, and read in this package only
 Jaxpr = Any
 
@@ -46,7 +48,19 @@ class Nodes:
     dtype: str
 
 
-Value = Known | Nodes
+@dataclasses.dataclass(frozen=True)
+class Keys:
+    """Random keys known while tracing, of JAX's own type; what is drawn from them is known too."""
+
+    array: Any
+
+    @property
+    def dtype(self) -> str:
+        """The type of the keys."""
+        return self.array.dtype.name
+
+
+Value = Known | Nodes | Keys
 Handler = Callable[["Tracer", dict[str, Any], list[Value], Equation], list[Value]]
 
 
@@ -92,37 +106,62 @@ class Tracer:
         return self.run(closed, (), args)
 
     def _equation(self, equation: Equation, inputs: list[Value]) -> list[Value]:
-        name = equation.primitive.name
-        handler = self._handlers.get(name)
         try:
-            if handler is not None:
-                return handler(self, equation.params, inputs, equation)
-            if all(isinstance(value, Known) for value in inputs):
-                return self._eagerly(equation, inputs)
-            raise Refusal("is not known to it")
+            return self._outputs(equation, inputs)
+        except CannotCompileError:
+            raise
         except Refusal as refusal:
-            refusal.primitive = refusal.primitive or name
-            where = _line(equation)
-            if not where:  # inside a function of JAX's own: the equation that calls it has a line
-                raise
-            raise refusal.error(where) from None
+            reason = refusal
+        except Exception as error:
+            reason = Refusal(f"meets a fault of the engine there ({type(error).__name__}: {error})")
+            reason.__cause__ = error
+        reason.primitive = reason.primitive or equation.primitive.name
+        where = _line(equation)
+        if not where:  # inside a function of JAX's own: the equation that calls it has a line
+            raise reason
+        raise reason.error(where) from reason.__cause__
+
+    def _outputs(self, equation: Equation, inputs: list[Value]) -> list[Value]:
+        avals = [variable.aval for variable in equation.outvars]
+        if avals and all(aval.size == 0 for aval in avals):
+            return [self.known(np.zeros(aval.shape, aval.dtype)) for aval in avals]
+        for aval in avals:
+            if aval.dtype.name not in NUMBERS and not _is_key_type(aval.dtype):
+                raise Refusal(f"makes {aval.dtype.name} numbers, which it does not compute with")
+        handler = self._handlers.get(equation.primitive.name)
+        holds_jaxprs = any(hasattr(p, "eqns") or hasattr(p, "jaxpr") or isinstance(p, tuple)
+                           and any(hasattr(part, "jaxpr") for part in p)
+                           for p in equation.params.values())  # fmt: skip
+        of_keys = any(isinstance(value, Keys) for value in inputs) and not holds_jaxprs
+        if handler is not None and not of_keys:
+            return handler(self, equation.params, inputs, equation)
+        if not any(isinstance(value, Nodes) for value in inputs):
+            return self._eagerly(equation, inputs)
+        raise Refusal("is not known to it")
 
     def _eagerly(self, equation: Equation, inputs: list[Value]) -> list[Value]:
         """Lets JAX compute what has no handler here and depends on no walker."""
         import jax
 
         with jax.ensure_compile_time_eval():
-            arrays = [jax.numpy.asarray(value.array) for value in inputs]
+            arrays = [
+                value.array if isinstance(value, Keys) else jax.numpy.asarray(value.array)
+                for value in inputs
+            ]
             outputs = equation.primitive.bind(*arrays, **equation.params)
         many = equation.primitive.multiple_results
         return [self.known(output) for output in (outputs if many else [outputs])]
 
-    def known(self, value: Any) -> Known:
-        """Returns numbers known while tracing."""
+    def known(self, value: Any) -> Known | Keys:
+        """Returns numbers or random keys known while tracing."""
+        if _is_keys(value):
+            return Keys(value)
         return Known(np.asarray(value))
 
     def nodes(self, value: Value) -> Array:
         """Returns the ids of an array's numbers, as nodes of the graph."""
+        if isinstance(value, Keys):
+            raise Refusal("needs random keys as numbers; draw from them outside of loops")
         if isinstance(value, Known):
             flat = [self.graph.constant(number) for number in value.array.ravel()]
             return np.array(flat, np.int64).reshape(value.array.shape)
@@ -158,6 +197,8 @@ class Tracer:
     def move(self, mover: Callable[..., Array], *values: Value) -> Value:
         """Returns what numpy makes of arrays whose numbers are only moved, never computed with."""
         dtype = values[0].dtype
+        if isinstance(values[0], Keys) and len(values) == 1:
+            return Keys(mover(values[0].array))
         if len(values) == 1 or all(isinstance(value, Known) for value in values):
             moved = np.asarray(mover(*(value.array for value in values)))
             return Known(moved) if isinstance(values[0], Known) else Nodes(moved, dtype)
@@ -190,6 +231,18 @@ class Refusal(Exception):
             f"the lanes engine cannot compile `{self.primitive}` from {where}: it {self}; "
             "use --engine mjx, which runs anything that JAX can trace"
         )
+
+
+def _is_keys(value: Any) -> bool:
+    import jax
+
+    return isinstance(value, jax.Array) and _is_key_type(value.dtype)
+
+
+def _is_key_type(dtype: Any) -> bool:
+    import jax
+
+    return jax.numpy.issubdtype(dtype, jax.dtypes.prng_key)
 
 
 def _line(equation: Equation) -> str:

@@ -1,106 +1,73 @@
-"""Kernels on disk: found before tracing, never wrong, harmless when damaged."""
+"""Kernels on disk: never another function's, harmless when damaged, nobody else's."""
 
-import dataclasses
-import functools
+import os
+import stat
 import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from mjxwalk import cache_folder
 from mjxwalk.engines import lanes
-from mjxwalk.engines.lanes import cache, identity
+from mjxwalk.engines.lanes import cache
 
 X = np.arange(6, dtype=np.float32)
 
 
-class Answer(NamedTuple):
-    """An output tree that has to survive the disk."""
-
-    twice: np.ndarray
-    rest: dict[str, list[np.ndarray | None]]
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Task:
-    """Settings that a kernel depends on."""
-
-    factor: float = 2.0
-
-    def run(self, x: Any) -> Any:
-        """Returns a tree of every kind."""
-        return Answer(x * self.factor, {"a": [x, None]})
+def doubled(x: Any) -> Any:
+    """Returns twice a number."""
+    return x * 2.0
 
 
 def cached(mapped: lanes.Mapped) -> bool:
-    """Returns whether the kernel of the latest call came from the disk."""
+    """Returns whether the code of the latest call's kernel came from the disk."""
     return mapped.compiled is not None and mapped.compiled.cached
 
 
 @pytest.fixture(autouse=True)
 def disk(tmp_path: Any, monkeypatch: Any) -> Any:
     """A cache of the test's own."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    return tmp_path / "mjxwalk" / "lanes"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "mjxwalk" / "lanes"
 
 
-def test_second_process_finds_the_kernel_without_tracing(disk: Any) -> None:
-    first, second = lanes.vmap(Task().run), lanes.vmap(Task().run)
-    one, two = first(X), second(X)
-    assert not cached(first) and cached(second)
-    assert isinstance(two, Answer)
-    np.testing.assert_array_equal(one.twice, two.twice)
-    assert two.rest["a"][1] is None
-
-
-def test_other_settings_are_another_kernel() -> None:
-    np.testing.assert_array_equal(lanes.vmap(Task(factor=3.0).run)(X).twice, X * 3)
-    np.testing.assert_array_equal(lanes.vmap(Task(factor=4.0).run)(X).twice, X * 4)
-
-
-def test_closed_over_values_are_part_of_the_function() -> None:
-    def add(amount: Any) -> Any:
-        return lambda x: x + amount
-
-    np.testing.assert_array_equal(lanes.vmap(add(1.0))(X), X + 1)
-    np.testing.assert_array_equal(lanes.vmap(add(2.0))(X), X + 2)
-    np.testing.assert_array_equal(lanes.vmap(add(np.float32(5)))(X), X + 5)
-    np.testing.assert_array_equal(lanes.vmap(functools.partial(jnp.add, 3.0))(X), X + 3)
+def test_code_is_found_by_what_tracing_gives(disk: Any) -> None:
+    first, second = lanes.vmap(doubled), lanes.vmap(lambda x: x + x * 1.0)
+    first(X)
+    np.testing.assert_array_equal(second(X), 2 * X)
+    third = lanes.vmap(lambda y: y * 2.0)
+    third(X)
+    assert not cached(first) and cached(third)
 
 
 @pytest.mark.parametrize(
     "damage", [lambda b: b[:-40], lambda b: b"", lambda b: b[:90] + b"?" + b[91:]]
 )
 def test_damaged_entries_are_rebuilt(disk: Any, damage: Any) -> None:
-    lanes.vmap(Task().run)(X)
+    lanes.vmap(doubled)(X)
     for path in disk.iterdir():
         path.write_bytes(damage(path.read_bytes()))
-    again = lanes.vmap(Task().run)
-    np.testing.assert_array_equal(again(X).twice, X * 2)
+    again = lanes.vmap(doubled)
+    np.testing.assert_array_equal(again(X), X * 2)
     assert not cached(again)
-    last = lanes.vmap(Task().run)
+    last = lanes.vmap(doubled)
     last(X)
     assert cached(last)
 
 
-def test_a_changed_source_file_is_traced_again(disk: Any, tmp_path: Any, monkeypatch: Any) -> None:
-    source = tmp_path / "settings_of_a_walker.txt"
-    source.write_text("1")
-    found = identity.manifest(set())
-    assert found is not None and identity.holds(found)
-    recorded = found | {str(source): [source.stat().st_size, source.stat().st_mtime_ns]}
-    assert identity.holds(recorded)
-    source.write_text("12")
-    assert not identity.holds(recorded)
+def test_an_entry_under_another_name_is_no_entry(disk: Any) -> None:
+    cache.write("name", {"a": 1}, b"code")
+    os.rename(disk / "name", disk / "other")
+    assert cache.read("other") is None
 
 
 def test_a_disk_that_cannot_be_written_costs_no_result(monkeypatch: Any) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", "/proc/nowhere")
-    np.testing.assert_array_equal(lanes.vmap(Task().run)(X).twice, X * 2)
+    np.testing.assert_array_equal(lanes.vmap(doubled)(X), X * 2)
 
 
 def test_entries_are_written_whole(disk: Any) -> None:
@@ -110,12 +77,70 @@ def test_entries_are_written_whole(disk: Any) -> None:
     assert cache.read("absent") is None
 
 
-def test_objects_without_a_text_are_not_named() -> None:
-    class Opaque:
-        pass
+def test_the_folder_is_open_to_its_user_alone_whatever_the_umask(disk: Path) -> None:
+    before = os.umask(0)
+    try:
+        cache.write("name", {}, b"code")
+    finally:
+        os.umask(before)
+    for place in (disk, disk.parent):
+        assert stat.S_IMODE(place.stat().st_mode) == 0o700
+    assert not stat.S_IMODE((disk / "name").stat().st_mode) & 0o077
 
-    with pytest.raises(identity.Unnamed):
-        identity.Identity().text(Opaque())
+
+def test_a_folder_that_others_can_read_is_closed_to_them(disk: Path) -> None:
+    disk.mkdir(parents=True)
+    disk.chmod(0o755)
+    assert cache_folder.folder("lanes") == disk
+    assert stat.S_IMODE(disk.stat().st_mode) == 0o700
+
+
+def _by_others(disk: Path) -> None:
+    disk.chmod(0o777)
+
+
+def _by_the_group(disk: Path) -> None:
+    disk.parent.chmod(0o770)
+
+
+def _above(disk: Path) -> None:
+    disk.parent.parent.chmod(0o777)
+
+
+@pytest.mark.parametrize("opened", [_by_others, _by_the_group, _above])
+def test_a_folder_that_others_can_write_is_not_used(disk: Path, opened: Any, caplog: Any) -> None:
+    cache.write("name", {}, b"code")
+    opened(disk)
+    cache_folder._warn.cache_clear()  # pyright: ignore[reportPrivateUsage]
+    assert cache.read("name") is None and cache.read("name") is None
+    cache.write("second", {}, b"code")
+    assert not (disk / "second").exists()
+    (said,) = caplog.messages  # once
+    assert "keeps no compiled code on disk" in said and "XDG_CACHE_HOME" in said
+    np.testing.assert_array_equal(lanes.vmap(doubled)(X), X * 2)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root gives files away")
+@pytest.mark.parametrize("given", [".", "..", "name"])
+def test_what_belongs_to_another_user_is_not_used(disk: Path, given: str) -> None:
+    cache.write("name", {}, b"code")
+    os.chown(disk / given, 12345, 12345)
+    assert cache.read("name") is None
+
+
+def test_an_entry_that_is_no_plain_file_is_no_entry(disk: Path) -> None:
+    cache.write("name", {}, b"code")
+    os.symlink("name", disk / "linked")
+    os.mkfifo(disk / "pipe")
+    assert cache.read("linked") is None
+    assert cache.read("pipe") is None
+
+
+@pytest.mark.parametrize("base", ["relative", ""])
+def test_a_relative_cache_home_is_ignored(base: str, monkeypatch: Any, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", base)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cache_folder.folder("lanes") == tmp_path / ".cache" / "mjxwalk" / "lanes"
 
 
 WRITER = """
