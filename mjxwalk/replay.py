@@ -1,7 +1,9 @@
 """Walks walkers again and records what happens, frame by frame."""
 
+import dataclasses
 import functools
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -68,13 +70,15 @@ def record(
     steps = _steps_per_frame(env, duration, frames_per_second)
     num_frames = 1 + round(duration / (steps * env.timestep))
     terrain = _laid_out(terrain)
-    begin, proceed = _compiled(env, controller, type(terrain), engines.choose(engine).name)
+    walker, engine = _Walker(env, controller), engines.choose(engine).name
     genotypes = jax.tree.map(np.asarray, genotypes)
+    first = _beginning(walker, type(terrain), engine)(genotypes, terrain)
+    proceed = _proceeding(walker, type(terrain), engine, jax.tree.structure(first))
 
     # A call costs a thousandth of a second, however many walkers it moves and however short. So
     # walk to every 80th frame first, say, and then from all of these at once to those between.
     stride = math.isqrt(num_frames)
-    posts = [begin(genotypes, terrain)]
+    posts = [first]
     while stride * len(posts) < num_frames and not np.all(posts[-1].state.done):
         posts.append(proceed(posts[-1], genotypes, terrain, np.int32(stride * steps)))
     num_posts = len(posts)
@@ -94,27 +98,45 @@ def record(
     return Recording(time, walks.state.done, walks.state, walks.memory)
 
 
-@functools.lru_cache(maxsize=8)
-def _compiled(
-    env: Environment, controller: Controller, terrain_type: Any, engine: str
-) -> tuple[Any, Any]:
-    """Returns, for many walkers, how a trial starts and how it goes on for a number of steps."""
+@dataclasses.dataclass(frozen=True)
+class _Walker:
+    """A body and what drives it: the settings of the two functions that engines compile."""
 
-    def begin(genotype: Any, ground: Any) -> Walk:
-        return start(env, controller, genotype, ground)
+    env: Environment
+    controller: Controller
 
-    def proceed(walk: Walk, genotype: Any, ground: Any, steps: Any) -> Walk:
+    def begin(self, genotype: Any, ground: Any) -> Walk:
+        """Returns the start of a trial."""
+        return start(self.env, self.controller, genotype, ground)
+
+    def proceed(self, walk: Walk, genotype: Any, ground: Any, steps: Any) -> Walk:
+        """Returns what a number of steps makes of a trial."""
+
         def walking(at: tuple[Any, Walk]) -> Any:
             return (at[0] < steps) & ~at[1].state.done
 
         def step(at: tuple[Any, Walk]) -> tuple[Any, Walk]:
-            return at[0] + 1, advance(env, controller, genotype, ground, at[1])
+            return at[0] + 1, advance(self.env, self.controller, genotype, ground, at[1])
 
         return jax.lax.while_loop(walking, step, (jnp.zeros((), jnp.int32), walk))[1]
 
-    vmap: Any = {"lanes": lanes.vmap, "lanes-xla": lanes.xla_vmap, "mjx": mjx.vmap}[engine]
-    ground = terrain_type(heights=None, row=0)
-    return vmap(begin, (0, ground)), vmap(proceed, (0, 0, ground, None))
+
+@functools.lru_cache(maxsize=8)
+def _beginning(walker: _Walker, terrain_type: Any, engine: str) -> Any:
+    return _vmap(walker.begin, engine, (0, terrain_type(heights=None, row=0)), None)
+
+
+@functools.lru_cache(maxsize=8)
+def _proceeding(walker: _Walker, terrain_type: Any, engine: str, tree: Any) -> Any:
+    axes = (0, 0, terrain_type(heights=None, row=0), None)
+    return _vmap(walker.proceed, engine, axes, jax.tree.unflatten(tree, range(tree.num_leaves)))
+
+
+def _vmap(function: Callable[..., Any], engine: str, in_axes: Any, results: Any) -> Any:
+    """Returns a function for many walkers; `results` is a tree like what it returns."""
+    if engine == "lanes":
+        return lanes.vmap(function, in_axes, results=results)
+    return (lanes.xla_vmap if engine == "lanes-xla" else mjx.vmap)(function, in_axes)
 
 
 def _in_order(leaves: tuple[Any, ...], num_posts: int, num_frames: int) -> Any:

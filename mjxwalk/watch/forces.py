@@ -1,5 +1,6 @@
 """What motors and ground do to a walker in each frame of a recording."""
 
+import dataclasses
 import functools
 from typing import Any, NamedTuple
 
@@ -46,20 +47,32 @@ def measure(
         jax.tree.map(lambda leaf: np.ascontiguousarray(leaf[:, walker]), each)
         for each in (recording.states, recording.memories)
     )
-    mapped = _compiled(env, controller, engines.choose("auto").name)
+    mapped = _compiled(_Walker(env, controller), engines.choose("auto").name)
     found = mapped(states, memories, genotype, terrain.heights, np.int32(terrain.row[walker]))
     return jax.tree.map(np.asarray, found)
 
 
-@functools.lru_cache(maxsize=8)
-def _compiled(env: Any, controller: Controller, engine: str) -> Any:
-    def forces(state: Any, memory: Any, genotype: Any, heights: Any, row: Any) -> Forces:
-        _, action = controller.act(genotype, memory, env.observe(state))
-        terrain = Terrain(heights, row)
-        return Forces(_torques(env, state, action, terrain), ground_forces(env, state, terrain))
+@dataclasses.dataclass(frozen=True)
+class _Walker:
+    """A body and what drives it: the settings of the function that engines compile."""
 
-    vmap: Any = {"lanes": lanes.vmap, "lanes-xla": lanes.xla_vmap, "mjx": mjx.vmap}[engine]
-    return vmap(forces, (0, 0, None, None, None))
+    env: Any
+    controller: Controller
+
+    def forces(self, state: Any, memory: Any, genotype: Any, heights: Any, row: Any) -> Forces:
+        """Returns the forces on a walker in a state."""
+        _, action = self.controller.act(genotype, memory, self.env.observe(state))
+        terrain = Terrain(heights, row)
+        torque = _torques(self.env, state, action, terrain)
+        return Forces(torque, ground_forces(self.env, state, terrain))
+
+
+@functools.lru_cache(maxsize=8)
+def _compiled(walker: _Walker, engine: str) -> Any:
+    axes = (0, 0, None, None, None)
+    if engine == "lanes":
+        return lanes.vmap(walker.forces, axes, results=Forces(torque=0, ground=1))
+    return (lanes.xla_vmap if engine == "lanes-xla" else mjx.vmap)(walker.forces, axes)
 
 
 def _torques(env: Any, state: Any, action: Any, terrain: Terrain) -> Float[Array, " motor"]:
