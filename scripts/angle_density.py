@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from mjxwalk import cli, runs, walkers
+from mjxwalk.cli.parsing import Seed
 from mjxwalk.tournament.command import Source
 
 AT_ONCE = 100  # trials that are recorded together; ours: less than 300 MB for a run of planar-lpd
@@ -29,7 +30,7 @@ class AngleDensity:
     source: Source
     out: Path = Path("angles.png")
     trials: int = 100
-    seed: int = 0
+    seed: Seed = 0
     engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
 
     def run(self) -> int:

@@ -5,6 +5,7 @@ import sys
 from typing import Any
 
 from mjxwalk import cli, walkers
+from mjxwalk.cli.parsing import Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament.command import Source
 
@@ -29,7 +30,7 @@ class CompareIntegrators:
 
     source: Source
     terrains: int = 1000
-    seed: int = 0
+    seed: Seed = 0
 
     def run(self) -> int:
         """Prints the table and returns the exit code.

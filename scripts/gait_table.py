@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from mjxwalk import cli, runs, walkers
+from mjxwalk.cli.parsing import Seed
 
 Sources = tyro.conf.Positional[
     Annotated[tuple[str, ...], tyro.conf.arg(metavar="RUN|zoo:NAME ...")]
@@ -39,7 +40,7 @@ class GaitTable:
 
     sources: Sources
     trials: int = 100
-    seed: int = 0
+    seed: Seed = 0
     duration: float = 0.0
     csv: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"

@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 from mjxwalk import cli
-from mjxwalk.cli.parsing import RunFolder
+from mjxwalk.cli.parsing import RunFolder, Seed
 
 ROUGHNESS = (0.0, 0.001, 0.002, 0.004, 0.01)  # m
 
@@ -24,7 +24,7 @@ class OtherGrounds:
 
     run_folder: RunFolder
     trials: int = 100
-    seed: int = 5
+    seed: Seed = 5
     set: str | None = None
 
     def run(self) -> int:

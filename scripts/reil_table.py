@@ -10,6 +10,7 @@ import numpy as np
 import tyro
 
 from mjxwalk import cli, runs, walkers
+from mjxwalk.cli.parsing import Seed
 from mjxwalk.runs import config, study
 
 Sources = tyro.conf.Positional[tuple[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")], ...]]
@@ -33,7 +34,7 @@ class ReilTable:
 
     sources: Sources = ()
     starts: int = 20
-    seed: int = 0
+    seed: Seed = 0
     csv: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
 
     def run(self) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 import tyro
 
 from mjxwalk import cli, runs, walkers
-from mjxwalk.cli.parsing import OptionalFloat
+from mjxwalk.cli.parsing import OptionalFloat, Seed
 
 Sources = tyro.conf.Positional[tuple[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")], ...]]
 RECORDED = 10  # trials of each walker that are looked at frame by frame
@@ -31,7 +31,7 @@ class SpatialTable:
     sources: Sources = ()
     terrains: int = 1000
     roughness: OptionalFloat = None
-    seed: int = 0
+    seed: Seed = 0
     csv: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
 
     def run(self) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mjxwalk import cli, runs, walkers
+from mjxwalk.cli.parsing import Seed
 from mjxwalk.tournament.command import Source
 
 SHORTEST = 0.01  # s between figures; closer ones cannot be told apart
@@ -32,7 +33,7 @@ class StickFigures:
     start: float = 2.0
     duration: float = 4.0
     interval: float = 0.2
-    terrain_seed: int = 0
+    terrain_seed: Seed = 0
 
     def run(self) -> int:
         """Writes the figure and returns the exit code.

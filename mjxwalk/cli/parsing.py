@@ -42,9 +42,11 @@ def parse(program: str, command: type[CommandT], args: Sequence[str]) -> Command
 def sentence(box: str) -> str:
     """Returns the message in one of tyro's boxes, without the frame, the colours and the hints."""
     plain = re.sub(r"\x1b\[[0-9;]*m", "", box)
+    stripped = [raw.strip("│| \t") for raw in plain.splitlines()]
+    if len(stripped) > 1 and re.fullmatch(r"-{3,}", stripped[1]):
+        del stripped[:2]  # the title, where the terminal has letters of ASCII only
     lines: list[str] = []
-    for raw in plain.splitlines():
-        line = raw.strip("│| \t")
+    for line in stripped:
         if re.fullmatch(r"[─-]{3,}", line):
             break
         if line and not re.match(r"[╭╰┌└+]", line):
@@ -101,7 +103,18 @@ def _count_or_all(text: str) -> int | None:
     return None if text == "all" else int(text)
 
 
+def _seed(text: str) -> int:
+    number = int(text)
+    if not 0 <= number < SEEDS:  # beyond them JAX begins again from 0 without a word
+        raise ValueError(text)
+    return number
+
+
 EXPERIMENT = "per-experiment"
+SEEDS = 2**32  # that JAX's keys tell apart
+Seed: TypeAlias = Annotated[
+    int, _primitive("INT", _seed, f"a whole number from 0 to {SEEDS - 1}", none="")
+]
 RunFolder: TypeAlias = tyro.conf.Positional[Annotated[Path, tyro.conf.arg(metavar="RUN")]]
 OptionalInt: TypeAlias = Annotated[
     int | None, _primitive("INT", int, "a whole number", none=EXPERIMENT)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from mjxwalk.cli.parsing import OptionalFloat
+from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament.command import Source
 
@@ -51,7 +51,7 @@ class Export:
     out: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     seconds: float = 60.0
     frames_per_second: float = 100.0
-    terrain_seed: int = 0
+    terrain_seed: Seed = 0
     roughness: OptionalFloat = None
 
     def run(self) -> int:
@@ -112,8 +112,6 @@ class Export:
             raise RunError(f"--seconds must be from 0.1 to {MAX_SECONDS:g}, got {self.seconds}")
         if not (math.isfinite(self.frames_per_second) and self.frames_per_second > 0):
             raise RunError(f"--frames-per-second must be above 0, got {self.frames_per_second}")
-        if not 0 <= self.terrain_seed < 2**32:
-            raise RunError(f"--terrain-seed must be from 0 to {2**32 - 1}, got {self.terrain_seed}")
         if self.roughness is not None and self.roughness < 0:
             raise RunError(f"--roughness must not be negative, got {self.roughness}")
         walkers.check(self.source)

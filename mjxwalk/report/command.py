@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 import tyro
 
+from mjxwalk.cli.parsing import Seed
 from mjxwalk.errors import RunError
 
 RunFolders = tyro.conf.Positional[
@@ -33,7 +34,7 @@ class Report:
     run_folders: RunFolders
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     trials: int = 100
-    seed: int = 0
+    seed: Seed = 0
     engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
 
     def run(self) -> int:
@@ -44,8 +45,6 @@ class Report:
         """
         if self.trials < 0:
             raise RunError(f"--trials must not be negative, got {self.trials}")
-        if not 0 <= self.seed < 2**32:
-            raise RunError(f"--seed must be from 0 to {2**32 - 1}, got {self.seed}")
         _check(self.run_folders)
         from mjxwalk import engines
         from mjxwalk.report import building, page

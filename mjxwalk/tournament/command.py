@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import tyro
 
-from mjxwalk.cli.parsing import OptionalFloat
+from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament import TERRAINS
 
@@ -35,7 +35,7 @@ class HoldTournament:
 
     source: Source
     terrains: int = TERRAINS
-    seed: int = 0
+    seed: Seed = 0
     engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
     roughness: OptionalFloat = None
     json: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -77,8 +77,6 @@ class HoldTournament:
 
         if self.terrains < 1:
             raise RunError(f"--terrains must be at least 1, got {self.terrains}")
-        if not 0 <= self.seed < 2**32:
-            raise RunError(f"--seed must be from 0 to {2**32 - 1}, got {self.seed}")
         walkers.check(self.source)
         if self.json is not None:
             check_writable(self.json)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import tyro
 
-from mjxwalk.cli.parsing import OptionalFloat
+from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament.command import Source
 
@@ -38,7 +38,7 @@ class Verify:
 
     source: Source
     terrains: int = TERRAINS
-    seed: int = 0
+    seed: Seed = 0
     engine: EngineName = "as-evolved"
     roughness: OptionalFloat = None
     json: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -81,8 +81,6 @@ class Verify:
 
         if self.terrains < 1:
             raise RunError(f"--terrains must be at least 1, got {self.terrains}")
-        if not 0 <= self.seed < 2**32:
-            raise RunError(f"--seed must be from 0 to {2**32 - 1}, got {self.seed}")
         if self.roughness is not None and self.roughness < 0:
             raise RunError(f"--roughness must not be negative, got {self.roughness}")
         walkers.check(self.source)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mjxwalk.cli.parsing import OptionalFloat
+from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament.command import Source
 
@@ -47,7 +47,7 @@ class Watch:
     generation: int | None = None
     walkers: int | None = None
     champions: int | None = None
-    terrain_seed: int = 0
+    terrain_seed: Seed = 0
     roughness: OptionalFloat = None
     seconds: float = 60.0
     out: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -100,8 +100,6 @@ class Watch:
             raise RunError(f"--generation must be at least 1, got {self.generation}")
         if self.generation is not None and self.champions is not None:
             raise RunError("--champions is of several generations; leave out --generation")
-        if not 0 <= self.terrain_seed < 2**32:
-            raise RunError(f"--terrain-seed must be from 0 to {2**32 - 1}, got {self.terrain_seed}")
         if self.roughness is not None and not 0 <= self.roughness <= MAX_ROUGHNESS:
             raise RunError(f"--roughness must be from 0 to {MAX_ROUGHNESS} m, got {self.roughness}")
         if not (math.isfinite(self.seconds) and 0.1 <= self.seconds <= MAX_SECONDS):

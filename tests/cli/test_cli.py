@@ -1,5 +1,6 @@
 """Tests of the command line: what it prints, what it refuses, and how it ends."""
 
+import os
 import re
 import signal
 import subprocess
@@ -65,7 +66,7 @@ assert "jax" not in sys.modules
         (["evolve", "--roughness", "rough"], "--roughness must be a number, got 'rough'"),
         (["evolve", "--roughness", "nan"], "--roughness must be a number, got 'nan'"),
         (["evolve", "--roughness", "-1"], "roughness must not be negative, got -1.0"),
-        (["evolve", "--seed", "-1"], "seed must be from 0 to 4294967295, got -1"),
+        (["evolve", "--seed", "-1"], "--seed must be a whole number from 0 to 4294967295"),
         (["evolve", "--keep", "0"], "--keep must be at least 1, got 0"),
         (["evolve", "--engine", "warp"], "invalid choice 'warp' for argument '--engine'"),
         (["evolve", "--engine", "lanes"], "engine must be one of auto, mjx, got 'lanes'"),
@@ -89,6 +90,17 @@ def test_wrong_input_is_one_sentence_and_leaves_nothing(
     assert complaint in captured.err
     assert re.fullmatch(r"mjxwalk: [^\n]+\n", captured.err)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_wrong_value_is_named_where_the_terminal_has_letters_of_ascii_only() -> None:
+    process = subprocess.run(
+        [sys.executable, str(TOY), "evolve", "--seed", "x"],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert process.returncode == 2
+    assert "--seed must be a whole number from 0 to 4294967295, got 'x'" in process.stderr
 
 
 def test_an_out_in_use_is_refused_and_not_touched(

@@ -253,7 +253,10 @@ def test_the_command_writes_the_files(
         (["zoo:planar-lpd", "--to", "npz", "--out", "no/a.npz"], "make no first"),
         (["zoo:planar-lpd", "--to", "sto", "--seconds", "0"], "--seconds must be from 0.1 to 600"),
         (["zoo:planar-lpd", "--to", "sto", "--frames-per-second", "0"], "must be above 0, got 0.0"),
-        (["zoo:planar-lpd", "--to", "csv", "--terrain-seed", "-1"], "--terrain-seed must be from"),
+        (
+            ["zoo:planar-lpd", "--to", "csv", "--terrain-seed", "-1"],
+            "--terrain-seed must be a whole",
+        ),
         (["zoo:planar-lpd", "--to", "csv", "--roughness", "-1"], "--roughness must not be neg"),
         (["toy", "--to", "npz"], "toy is no walker with body and controller to export"),
     ],

@@ -141,7 +141,7 @@ def empty(path: str) -> None:
         (["a", "near"], "a is of the experiment toy and near of toys/near"),
         (["zoo:planar-lpd"], "a report needs a run's folder"),
         (["a", "--trials", "-1"], "--trials must not be negative, got -1"),
-        (["a", "--seed", "-1"], "--seed must be from 0 to"),
+        (["a", "--seed", "-1"], "--seed must be a whole number from 0 to"),
         (["a", "--out", "a/config.json"], "could not be made: file exists"),
     ],
 )

@@ -83,7 +83,7 @@ def test_on_other_ground_the_run_is_left_as_it_is(capfd: pytest.CaptureFixture[s
         (["zoo:nobody"], "there is no 'nobody' in the zoo"),
         (["a", "--terrains", "0"], "--terrains must be at least 1, got 0"),
         (["a", "--terrains", "many"], "--terrains"),
-        (["a", "--seed", "-1"], "--seed must be from 0 to 4294967295, got -1"),
+        (["a", "--seed", "-1"], "--seed must be a whole number from 0 to 4294967295"),
         (["a", "--roughness", "-1"], "roughness must not be negative, got -1.0"),
         (["a", "--roughness", "nan"], "--roughness must be a number, got 'nan'"),
         (["a", "--engine", "warp"], "invalid choice 'warp'"),

@@ -42,7 +42,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *args: str) -> str:
         ((PLANAR, "--champions", "3", "--walkers", "3"), "give one"),
         ((PLANAR, "--champions", "3", "--generation", "3"), "leave out --generation"),
         ((PLANAR, "--generation", "0"), "--generation must be at least 1, got 0"),
-        ((PLANAR, "--terrain-seed", "-1"), "--terrain-seed must be from 0"),
+        ((PLANAR, "--terrain-seed", "-1"), "--terrain-seed must be a whole number"),
         ((PLANAR, "--seconds", "0"), "--seconds must be from 0.1 to 600, got 0"),
         ((PLANAR, "--out", "missing/a.html"), "make missing first"),
         ((PLANAR, "--out", "."), "--out . is a folder; name a file in it"),
