@@ -8,6 +8,10 @@ class RunError(Exception):
     """An argument, a run folder, its settings or its files cannot be used."""
 
 
+class ForkedError(RunError, RuntimeError):
+    """The process was forked from one in which JAX has threads, so that it cannot compute."""
+
+
 class Interrupted(Exception):
     """The run was asked to stop, and everything that it had finished is saved."""
 
@@ -19,3 +23,9 @@ def near(name: str, names: Iterable[str]) -> str:
     if close:
         return f"; did you mean {' or '.join(close)}?"
     return f"; there is {', '.join(known)}" if known else ""
+
+
+def first_line(error: BaseException) -> str:
+    """Returns the first line of what an error says, or its name if it says nothing."""
+    lines = str(error).strip().splitlines()
+    return lines[0][:200] if lines else type(error).__name__

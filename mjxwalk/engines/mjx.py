@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import AxisType, NamedSharding, PartitionSpec
 
+from mjxwalk import forking
+
 WALKER = "walker"  # name of the mesh axis that the population is spread over
 
 
@@ -31,7 +33,12 @@ class Mapped:
         self._compiled: dict[Any, Callable[..., Any]] = {}
 
     def __call__(self, *args: Any) -> Any:
-        """Returns fn of each walker, outputs with a leading batch axis."""
+        """Returns fn of each walker, outputs with a leading batch axis.
+
+        Raises:
+          ForkedError: JAX cannot compute in this process.
+        """
+        forking.check()
         axes = _axis_of_each_leaf(self._in_axes, args)
         leaves, tree = jax.tree.flatten(args)
         sizes = {leaf.shape[0] for leaf, axis in zip(leaves, axes, strict=True) if axis == 0}

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import jax
 
-from mjxwalk import cache_folder
+from mjxwalk import cache_folder, forking
 
 ENGINES = ("auto", "lanes", "lanes-xla", "mjx")
 
@@ -23,7 +23,11 @@ def prepare() -> None:
 
     Every CPU core becomes a device of its own, since XLA runs a batch of small operations on one
     core only, and what XLA has compiled is kept on disk.
+
+    Raises:
+      ForkedError: JAX cannot compute in this process.
     """
+    forking.check()
     with contextlib.suppress(RuntimeError):
         jax.config.update("jax_num_cpu_devices", num_cores())
     if jax.config.values["jax_compilation_cache_dir"] is None:

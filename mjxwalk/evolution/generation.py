@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PRNGKeyArray
 
+from mjxwalk import forking
 from mjxwalk.evolution import memory
 from mjxwalk.evolution.elites import Elites, fittest
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
@@ -81,8 +82,10 @@ class Evolution:
           given: what the run starts from; None for zero.
 
         Raises:
-          RunError: that does not fit the experiment, or the population not into memory.
+          RunError: that does not fit the experiment, or the population not into memory, or JAX
+            cannot compute in this process.
         """
+        forking.check()
         key = jax.random.key(seed)
         template = self._experiment.template()
         if given is not None:

@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 
+from mjxwalk import forking
 from mjxwalk.envs import Flame, Planar7
 from mjxwalk.gym.mjx_env import MjxEnv, State
 
@@ -71,7 +72,12 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Returns what the walker sees at the start, and nothing else to know."""
+        """Returns what the walker sees at the start, and nothing else to know.
+
+        Raises:
+          ForkedError: JAX cannot compute in this process.
+        """
+        forking.check()
         super().reset(seed=seed)
         del options
         state = self._reset(jax.random.key(int(self.np_random.integers(2**31))))
@@ -82,8 +88,10 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
         """Returns what it sees, its reward, whether it fell, whether its trial is over otherwise.
 
         Raises:
+          ForkedError: JAX cannot compute in this process.
           RuntimeError: it was not reset before.
         """
+        forking.check()
         if self._state is None:
             raise RuntimeError("call reset before step")
         state = self._step(self._state, jnp.asarray(action, jnp.float32))
@@ -158,7 +166,12 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Returns what all walkers see at the start, on new terrains."""
+        """Returns what all walkers see at the start, on new terrains.
+
+        Raises:
+          ForkedError: JAX cannot compute in this process.
+        """
+        forking.check()
         super().reset(seed=seed)
         del options
         self._key, key_terrain = jax.random.split(
@@ -173,8 +186,10 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
         """Returns what all see, rewards, who fell, whose trial is over otherwise, and figures.
 
         Raises:
+          ForkedError: JAX cannot compute in this process.
           RuntimeError: it was not reset before.
         """
+        forking.check()
         if self._datas is None:
             raise RuntimeError("call reset before step")
         self._key, key = jax.random.split(self._key)

@@ -126,6 +126,35 @@ def test_a_picture_can_be_asked_for() -> None:
     env.close()
 
 
+@pytest.mark.filterwarnings("ignore")
+def test_walkers_in_processes_that_were_forked_after_jax_are_refused_in_words(planar: Any) -> None:
+    planar.reset(seed=0)  # JAX has threads from here on, which a fork has not
+    many: Any = gymnasium.make_vec(
+        "mjxwalk/Planar7-v0",
+        num_envs=1,
+        vectorization_mode="async",
+        vector_kwargs={"context": "fork"},
+    )
+    many.reset_async(seed=0)
+    with pytest.raises(RuntimeError, match="forked after JAX .* vector_kwargs={'context': 'spawn'"):
+        many.reset_wait(timeout=60)
+    many.close(terminate=True)
+
+
+@pytest.mark.slow
+def test_walkers_in_processes_of_their_own_walk(planar: Any) -> None:
+    planar.reset(seed=0)
+    many: Any = gymnasium.make_vec(
+        "mjxwalk/Planar7-v0",
+        num_envs=1,
+        vectorization_mode="async",
+        vector_kwargs={"context": "spawn"},
+    )
+    obs, _ = many.reset(seed=3)
+    np.testing.assert_array_equal(obs[0], planar.reset(seed=3)[0])
+    many.close()
+
+
 def test_wrong_settings_are_refused() -> None:
     with pytest.raises(ValueError, match="body must be one of Planar7, Flame, got 'Cassie'"):
         environments.WalkerEnv(body="Cassie")
