@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
+from mjxwalk.errors import first_line
 from mjxwalk.evolution import champions, loop
 from mjxwalk.evolution.evolvable import Evaluator
 from mjxwalk.evolution.generation import Evolution, RunState, outer_keys
@@ -36,11 +37,13 @@ def join(coordinator: str | None, processes: int | None, process: int | None) ->
     Raises:
       RunError: they cannot be reached, or nothing tells who they are.
     """
+    # It would take SIGTERM for itself, which a run ends by (see `mjxwalk.cli.interrupt`).
+    jax.config.update("jax_enable_preemption_service", False)
     try:
         jax.distributed.initialize(coordinator, processes, process)
     except Exception as error:  # JAX passes on those of its network
         raise RunError(
-            f"the processes of this run did not find each other ({_first_line(error)}); give each "
+            f"the processes of this run did not find each other ({first_line(error)}); give each "
             "--coordinator HOST:PORT, --processes NUMBER and its own --process NUMBER from 0"
         ) from None
 
@@ -117,7 +120,7 @@ def gather(content: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
         return np.asarray(multihost_utils.process_allgather(content))
     except Exception as error:  # XLA passes on those of the network
         raise RunError(
-            f"another process of this run ended or cannot be reached ({_first_line(error)}); what "
+            f"another process of this run ended or cannot be reached ({first_line(error)}); what "
             "was finished is saved, and `mjxwalk resume` goes on, on any number of processes"
         ) from None
 
@@ -171,8 +174,3 @@ def follow(
         if not isinstance(experiment, Fitting):  # of which the champion is chosen without a trial
             _, key_champion = outer_keys(jax.random.wrap_key_data(jnp.asarray(state.key)))
             champions.choose(experiment, evaluator, state, key_champion)
-
-
-def _first_line(error: Exception) -> str:
-    lines = str(error).strip().splitlines()
-    return lines[0][:200] if lines else type(error).__name__

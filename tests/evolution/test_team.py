@@ -51,16 +51,36 @@ def test_two_processes_evolve_what_one_does_and_another_number_goes_on() -> None
     assert [code for code, _, _ in ended] == [0, 0], ended
     assert same_run("one", "two")
     assert runs.load("two").manifest["devices"] == "2 processes with 1 x cpu each"
-    # Stopped in the middle by a signal to one of them, it goes on in a single process.
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("receiver", [0, 1])
+def test_a_signal_to_one_process_saves_and_ends_all(sent: signal.Signals, receiver: int) -> None:
+    settings = ["--generations", "12", "--population", "15"]
+    assert main(["evolve", "toy", *settings, "--out", "one"]) == 0
     slow = [*settings, "--set", "env.delay_s=0.3"]
     processes = start_together(2, "evolve", "toy", *slow, "--out", "three")
     wait_for_lines(Path("three/metrics.jsonl"), 3)
-    processes[1].send_signal(signal.SIGINT)
+    processes[receiver].send_signal(sent)
     ended = end(processes)
-    assert [code for code, _, _ in ended] == [130, 130], ended
+    codes = [128 + signal.SIGINT] * 2
+    codes[receiver] = 128 + sent
+    assert [code for code, _, _ in ended] == codes, ended
     assert runs.load("three").generation < 12
     assert main(["resume", "three"]) == 0
     assert same_run("one", "three")
+
+
+def test_sigterm_saves_and_ends_a_distributed_run() -> None:
+    slow = ["--generations", "200", "--set", "env.delay_s=0.05"]
+    processes = start_together(1, "evolve", "toy", *slow, "--out", "a")
+    wait_for_lines(Path("a/metrics.jsonl"), 2)
+    processes[0].terminate()
+    ((code, said, _),) = end(processes)
+    assert code == 128 + signal.SIGTERM
+    assert "go on with: mjxwalk resume a" in said
+    assert 2 <= runs.load("a").generation < 200
 
 
 @pytest.mark.slow
