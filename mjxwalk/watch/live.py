@@ -4,18 +4,17 @@ A thread records the walker of the newest checkpoint; generations that pass mean
 so that the run waits for nothing. The page asks for what is new every second or two.
 """
 
+import re
 import threading
-from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
-from mjxwalk.errors import RunError
+from mjxwalk.errors import RunError, first_line
 from mjxwalk.progress import Progress
 from mjxwalk.runs import Config, Metrics, Result
+from mjxwalk.watch.serving import NOT_FOUND, Answer, Serving
 
 SECONDS = 10.0  # of a recording; ours: some steps, in a second or two of one core
 PORT = 8765  # ours; where it is taken, the system gives another
@@ -23,6 +22,7 @@ WAITING = (
     b"<!doctype html><html lang=en><meta charset=utf-8><meta http-equiv=refresh content=2>"
     b"<title>mjxwalk</title><p>The first generation is not there yet."
 )
+NOTHING_NEW = Answer("204 No Content")
 
 
 class Shot(NamedTuple):
@@ -50,21 +50,23 @@ class Live:
         self._shot: Shot | None = None
         self._wake, self._ending = threading.Event(), threading.Event()
         self._recorder: threading.Thread | None = None
-        self._server: ThreadingHTTPServer | None = None
+        self._server: Serving | None = None
 
     @property
     def address(self) -> str:
         """Where the page is, once a run has started."""
-        port = self._server.server_address[1] if self._server else self._port
-        return f"http://localhost:{port}/"
+        return f"http://localhost:{self._server.port if self._server else self._port}/"
 
     def start(self, path: Path, config: Config, evaluator: Any) -> None:
         """Starts serving, and says where."""
         self._inner.start(path, config, evaluator)
         self._path = path
         if self._server is None:
-            self._server = listen(self, self._port)
-            threading.Thread(target=self._server.serve_forever, daemon=True).start()
+            try:
+                self._server = Serving(self.find, self._port)
+            except RunError as error:
+                self._inner.say(f"{error}; the run goes on without it")
+                return
         self._ending.clear()
         self._recorder = threading.Thread(target=self._record, daemon=True)
         self._recorder.start()
@@ -98,54 +100,43 @@ class Live:
         shot = self._shot
         return shot if shot is not None and shot.number > after else None
 
-    def _record(self) -> None:
-        from mjxwalk.watch import casting, page, recording
-        from mjxwalk.watch.recording import Trial
+    def find(self, path: str, query: str) -> Answer:
+        """Returns what is served: the page, or what is newer than a number that a page has."""
+        if path == "/":
+            shot = self._shot
+            return Answer("200 OK", shot.html if shot else WAITING, "text/html")
+        asked = re.fullmatch(r"after=(-1|[0-9]{1,9})", query, re.ASCII)
+        if path != "/news" or asked is None:
+            return NOT_FOUND
+        shot = self.newest(int(asked[1]))
+        return Answer("200 OK", shot.news, "application/json") if shot else NOTHING_NEW
 
+    def _record(self) -> None:
         while not self._ending.is_set():
             self._wake.wait()
             self._wake.clear()
             if self._ending.is_set():
                 return
             try:
-                cast = casting.best(str(self._path))
-                show, series = recording.perform(cast, Trial(seconds=SECONDS))
+                self._shot = self._shoot()
             except (RunError, OSError):
                 continue  # its checkpoint was not there yet, or is gone already
-            seen = self._shot.number + 1 if self._shot else 0
-            news = msgspec.json.encode({"number": seen, "show": show, "series": series})
-            self._shot = Shot(seen, page.render(show, series, live=seen).encode(), news)
+            except Exception as error:  # whatever it is, the run is not to end by it
+                self._inner.say(f"the page shows no newer walker ({first_line(error)})")
+                return
 
+    def _shoot(self) -> Shot:
+        """Returns the walker of the newest checkpoint.
 
-def listen(live: Live, port: int) -> ThreadingHTTPServer:
-    """Returns a server of the page on localhost; where the port is taken, on another."""
+        Raises:
+          RunError: it cannot be read.
+          OSError: likewise.
+        """
+        from mjxwalk.watch import casting, page, recording
+        from mjxwalk.watch.recording import Trial
 
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:  # the name that http.server asks for
-            asked = urlsplit(self.path)
-            if asked.path == "/":
-                shot = live.newest()
-                self._send(HTTPStatus.OK, shot.html if shot else WAITING, "text/html")
-            elif asked.path == "/news":
-                after = parse_qs(asked.query).get("after", ["-1"])[0]
-                shot = live.newest(int(after)) if after.lstrip("-").isdigit() else None
-                status = HTTPStatus.OK if shot else HTTPStatus.NO_CONTENT
-                self._send(status, shot.news if shot else b"", "application/json")
-            else:
-                self._send(HTTPStatus.NOT_FOUND, b"", "text/plain")
-
-        def _send(self, status: HTTPStatus, content: bytes, kind: str) -> None:
-            self.send_response(status)
-            self.send_header("Content-Type", f"{kind}; charset=utf-8")
-            self.send_header("Content-Length", str(len(content)))
-            self.send_header("Cache-Control", "no-store")
-            self.end_headers()
-            self.wfile.write(content)
-
-        def log_message(self, format: str, *args: Any) -> None:
-            """Leaves the terminal to the run."""
-
-    try:
-        return ThreadingHTTPServer(("127.0.0.1", port), Handler)
-    except OSError:
-        return ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        cast = casting.best(str(self._path))
+        show, series = recording.perform(cast, Trial(seconds=SECONDS))
+        seen = self._shot.number + 1 if self._shot else 0
+        news = msgspec.json.encode({"number": seen, "show": show, "series": series})
+        return Shot(seen, page.render(show, series, live=seen).encode(), news)
