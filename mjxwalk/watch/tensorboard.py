@@ -1,12 +1,18 @@
-"""Writes a run's figures for TensorBoard, generation by generation."""
+"""Writes a run's figures for TensorBoard, generation by generation.
 
+Not by tensorboardX's SummaryWriter: where its thread fails, the run would wait for it for ever.
+"""
+
+import contextlib
+import importlib
+import time
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from mjxwalk.progress import Progress
-from mjxwalk.runs import Config, Metrics, Result
+from mjxwalk.runs import Config, Metrics, Result, files
 
 FOLDER = "tensorboard"
 
@@ -29,12 +35,32 @@ class TensorBoard:
     def generation(self, line: Metrics) -> None:
         """Writes all figures that have a value; those of a lost generation are replaced."""
         self._inner.generation(line)
-        if self._writer is None:
-            from tensorboardX import SummaryWriter
+        if self._path is None:
+            return
+        try:
+            self._write(self._path, line)
+        except OSError as error:
+            self._inner.say(f"no more figures for TensorBoard: {files.describe(error)}")
+            self._path = None
 
-            self._writer = SummaryWriter(str(self._path), purge_step=line.generation)
-        for name, value in scalars(line).items():
-            self._writer.add_scalar(name, value, line.generation)
+    def _write(self, path: Path, line: Metrics) -> None:
+        from tensorboardX.event_file_writer import EventsWriter
+
+        # An extra, whose names for what it writes are made as it is imported.
+        events: Any = importlib.import_module("tensorboardX.proto.event_pb2")
+        figures: Any = importlib.import_module("tensorboardX.proto.summary_pb2")
+        step, now = line.generation, time.time()
+        if self._writer is None:
+            path.mkdir(exist_ok=True)
+            # Absolute, since tensorboardX takes what is before a colon for a place in the cloud.
+            self._writer = EventsWriter(str(path.absolute() / "events"), f".{step}")
+            # TensorBoard drops what it has from this step on.
+            start = events.SessionLog(status=events.SessionLog.START)
+            self._writer.write_event(events.Event(step=step, wall_time=now, session_log=start))
+        values = [figures.Summary.Value(tag=n, simple_value=v) for n, v in scalars(line).items()]
+        summary = figures.Summary(value=values)
+        self._writer.write_event(events.Event(step=step, wall_time=now, summary=summary))
+        self._writer.flush()
 
     def say(self, text: str) -> None:
         """Shows a sentence."""
@@ -42,9 +68,10 @@ class TensorBoard:
 
     def close(self) -> None:
         """Ends the file; the next phase of a study begins another."""
-        if self._writer is not None:
-            self._writer.close()
-            self._writer = None
+        writer, self._writer = self._writer, None
+        if writer is not None:
+            with contextlib.suppress(OSError):  # each generation is written already
+                writer.close()
         self._inner.close()
 
     def finish(self, path: Path, config: Config, result: Result) -> None:
