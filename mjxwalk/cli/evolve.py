@@ -20,6 +20,7 @@ from mjxwalk.cli.parsing import (
     OptionalName,
     OutPath,
     RunFolder,
+    Seed,
 )
 from mjxwalk.errors import Interrupted, RunError, near
 from mjxwalk.watch.following import Following
@@ -59,6 +60,12 @@ class Together:
 
             team.join(self.coordinator, self.processes, self.process)
 
+    def check_together(self) -> None:
+        """Raises RunError if something is told of other processes, and not that there are any."""
+        for flag in ("coordinator", "processes", "process"):
+            if getattr(self, flag) is not None and not self.distributed:
+                raise RunError(f"--{flag} is for a run of several processes; add --distributed")
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Evolve(Together, Following):
@@ -92,7 +99,7 @@ class Evolve(Together, Following):
     experiment: tyro.conf.Positional[Annotated[str, tyro.conf.arg(metavar="EXPERIMENT")]] = (
         dataclasses.field(default_factory=lambda: experiments.DEFAULT)
     )
-    seed: int = 0
+    seed: Seed = 0
     source: Annotated[str | None, tyro.conf.arg(name="from", metavar="RUN")] = None
     scale: float = 1.0
     generations: OptionalInt = None
@@ -149,6 +156,7 @@ class Evolve(Together, Following):
     def _check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""
         self.check_following()
+        self.check_together()
         known = [*experiments.names(), *experiments.studies()]
         if self.experiment not in known:
             raise RunError(f"unknown experiment {self.experiment!r}{near(self.experiment, known)}")
@@ -208,8 +216,10 @@ class Resume(Together, Following):
         from mjxwalk.sweep import command, plan
 
         self.check_following()
+        self.check_together()
         path = self.run_folder
         if plan.is_sweep(path):
+            self._check_sweep(path)
             return command.go_on(path, plan.read(path))
         is_study = study.is_study(path)
         if not is_study:
@@ -227,6 +237,14 @@ class Resume(Together, Following):
                 runner.resume(path, progress, stopping, is_shared=self.distributed)
 
         return _work(path, job, self)
+
+    def _check_sweep(self, path: Path) -> None:
+        for flag in ("distributed", "live", "tensorboard"):
+            if getattr(self, flag):
+                raise RunError(
+                    f"{path} is a sweep, whose runs go on as they were begun; --{flag} is for one "
+                    "run"
+                )
 
 
 def _work(path: Path, job: Job, together: Evolve | Resume) -> int:

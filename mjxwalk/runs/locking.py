@@ -48,10 +48,8 @@ def locked(path: Path) -> Generator[None]:
     except OSError as error:
         raise RunError(f"{path} cannot be written: {files.describe(error)}") from error
     try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise RunError(f"another process is working on {path}; wait for it to end") from None
+        if not is_free(descriptor, path):
+            raise RunError(f"another process is working on {path}; wait for it to end")
         yield
     finally:
         os.close(descriptor)
@@ -64,9 +62,19 @@ def is_locked(path: Path) -> bool:
     except OSError:
         return False
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
+        return not is_free(descriptor, path)
     finally:
         os.close(descriptor)
-    return False
+
+
+def is_free(descriptor: int, path: Path) -> bool:
+    """Returns whether no other process has an open file's lock, which is then ours.
+
+    It is so until the last process that inherited the file has closed it.
+    """
+    del path
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

@@ -1,6 +1,7 @@
 """`mjxwalk sweep`."""
 
 import dataclasses
+import shlex
 from pathlib import Path
 from typing import Literal
 
@@ -10,6 +11,7 @@ from mjxwalk.cli.parsing import CoresOrShare, GigabytesOrAll, NameOrDefault, Swe
 from mjxwalk.errors import Interrupted, RunError
 from mjxwalk.runs.folder import RUNS
 from mjxwalk.sweep import plan as plans
+from mjxwalk.sweep.executors import LEAST_GB
 from mjxwalk.sweep.grid import grid
 from mjxwalk.sweep.plan import Plan, Resources
 
@@ -27,7 +29,7 @@ class Sweep(Evolve):
       executor: where runs run: in processes on this machine, in a Ray cluster, or as jobs of Slurm.
       cores_per_run: cores that each run gets; without it those of the machine, shared out.
       memory_per_run: gigabytes that each run may take.
-      address: of the Ray cluster, such as auto or ray://HOST:PORT.
+      address: of the Ray cluster, such as auto or HOST:PORT.
       partition: of Slurm.
       hours: that a job of Slurm may take; what it does not finish is gone on with.
     """
@@ -48,23 +50,40 @@ class Sweep(Evolve):
           RunError: an argument is wrong, an executor is not there, or a run failed.
         """
         self._check()
+        self._check_flags()
         plan = self._plan()
         path = self.out or RUNS / f"sweep-{self.experiment.replace('/', '-')}-{plan.name}"
         if not plans.is_sweep(path):
-            self._choose(plan)
+            self._choose()
         plans.create(path, plan)
         return go_on(path, plan)
 
-    def _plan(self) -> Plan:
+    def _check_flags(self) -> None:
+        """Finds what `evolve` takes and a sweep does not."""
         if self.experiment in experiments.studies():
             phases = ", ".join(experiments.phases(self.experiment))
             raise RunError(f"{self.experiment} is a study; sweep one of its phases {phases}")
         if self.distributed:
             raise RunError("a sweep gives each run one process; --distributed is for `evolve`")
+        if self.live:
+            raise RunError(
+                "--live shows one run, and a sweep has several at a time; watch one of them by "
+                "`mjxwalk watch RUN`"
+            )
+        for flag, executor in (("address", "ray"), ("partition", "slurm")):
+            if getattr(self, flag) is not None and self.executor != executor:
+                raise RunError(f"--{flag} goes with --executor {executor}")
         for flag in ("cores_per_run", "memory_per_run", "hours"):
             value = getattr(self, flag)
             if value is not None and not 0 < value < float("inf"):
                 raise RunError(f"--{flag.replace('_', '-')} must be above 0, got {value}")
+        if self.memory_per_run is not None and self.memory_per_run < LEAST_GB:
+            raise RunError(
+                f"--memory-per-run must be at least {LEAST_GB} GB, which JAX takes for itself, got "
+                f"{self.memory_per_run}"
+            )
+
+    def _plan(self) -> Plan:
         resources = Resources(
             executor=self.executor,
             cores=self.cores_per_run,
@@ -73,21 +92,42 @@ class Sweep(Evolve):
             partition=self.partition,
             hours=self.hours,
         )
-        return plans.make(grid(self, self.seeds), resources)
+        return plans.make(grid(self.anywhere(), self.seeds), resources)
 
-    def _choose(self, plan: Plan) -> None:
-        """Finds what is wrong with a run's settings before any run begins."""
+    def anywhere(self) -> Evolve:
+        """Returns what is asked for with whole paths, to be gone on with from any folder."""
+        from mjxwalk.walkers import ZOO
+
+        source, body, links = self.source, self.body, self.links
+        if source is not None and not source.startswith(ZOO):
+            source = str(Path(source).absolute())
+        return dataclasses.replace(
+            self,
+            source=source,
+            body=body and body.absolute(),
+            links=links and links.absolute(),
+        )
+
+    def _choose(self) -> None:
+        """Finds what is wrong with a run's settings before any run begins.
+
+        Raises:
+          RunError: some run would be refused, or two would be the same.
+        """
         import jax
 
         # This process only looks at settings; a GPU is for the runs.
         jax.config.update("jax_platforms", "cpu")
         from mjxwalk.cli.choosing import choose_run
+        from mjxwalk.runs import config
 
-        seen: set[tuple[str, ...]] = set()
+        seen: dict[bytes, str] = {}
         for asked in grid(self, 1).values():
-            if asked.set not in seen:
-                choose_run(asked)
-            seen.add(asked.set)
+            settings, _ = choose_run(asked)
+            given, content = " ".join(asked.set), config.text(settings)
+            if content in seen:
+                raise RunError(f"{seen[content]} and {given} are the same run; leave one out")
+            seen[content] = given
 
 
 def go_on(path: Path, plan: Plan) -> int:
@@ -105,10 +145,12 @@ def go_on(path: Path, plan: Plan) -> int:
             rows = running.go_on(path, plan, display, interrupt.requested)
         except (Interrupted, KeyboardInterrupt) as stop:
             display.close()
-            display.say(f"{stop or 'stopped'}; go on with: mjxwalk resume {path}")
+            again = shlex.join(["mjxwalk", "resume", str(path)])
+            display.say(f"{stop or 'stopped'}; go on with: {again}")
             return 128 + interrupt.signal
     display.say(showing.summary(rows, None))
     running.check_ended(path, rows)
     display.say(f"in {path}")
-    display.say(f"next: mjxwalk report {path}/*seed-*")
+    for command in showing.reports(path, rows):
+        display.say(command)
     return 0

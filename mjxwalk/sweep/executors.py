@@ -1,5 +1,6 @@
 """What can run the runs of a sweep."""
 
+import contextlib
 import os
 import shutil
 import signal
@@ -10,12 +11,14 @@ from pathlib import Path
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from mjxwalk.errors import RunError
+from mjxwalk.runs import locking
 from mjxwalk.sweep.plan import Resources
 
 # Tests put another in its place.
 PROGRAM: tuple[str, ...] = (sys.executable, "-m", "mjxwalk")
 THREADS = "MJXWALK_LANES_THREADS"
 GIGABYTE = 1_000_000_000
+LEAST_GB = 0.4  # ours: a small run fills 0.57 GB on two cores; with a third of that JAX hangs
 
 
 class Job(NamedTuple):
@@ -42,6 +45,10 @@ class Handle(Protocol):
         """Returns whether it has ended, well or not: its folder tells which."""
         ...
 
+    def reason(self) -> str | None:
+        """Returns why a job that is done could say nothing itself; None if it could."""
+        ...
+
     def stop(self) -> None:
         """Asks it to save and end."""
         ...
@@ -59,8 +66,13 @@ class Executor(Protocol):
     slots: int
     where: str
 
-    def start(self, job: Job) -> Handle:
-        """Starts a job, or has it wait for its turn elsewhere."""
+    def start(self, job: Job) -> Handle | None:
+        """Starts a job, or has it wait for its turn elsewhere; None if it is at work already.
+
+        Raises:
+          OSError: it cannot be started.
+          RunError: likewise.
+        """
         ...
 
     def close(self) -> None:
@@ -117,42 +129,62 @@ class Local:
         unit = "core" if each == 1 else "cores"
         self.where = f"{self.slots} at a time on this machine, {each} {unit} each"
 
-    def start(self, job: Job) -> "_Process":
-        """Starts a process on the next free cores."""
-        slot = self._free.pop(0)
-        environment = {**os.environ, THREADS: str(len(slot.cores))}
+    def start(self, job: Job) -> "_Process | None":
+        """Starts a process on the next free cores, unless one that was left over is at work.
+
+        Raises:
+          OSError: it cannot be started, or its log not be written.
+        """
+        slot = self._free[0]
+        # Unbuffered, so that what it says is in the log, in order, whatever ends it.
+        environment = {**os.environ, THREADS: str(len(slot.cores)), "PYTHONUNBUFFERED": "1"}
         if slot.gpu is not None:
             environment["CUDA_VISIBLE_DEVICES"] = slot.gpu
-        command = [*PROGRAM, *job.args]
-        with job.log.open("ab") as log, _Pinned(slot.cores):
-            process = subprocess.Popen(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                env=environment,
-                start_new_session=True,  # Ctrl-C comes to us alone, and we pass it on
-            )
+        with job.log.open("ab") as log:
+            # The process has the log open as long as it lives, and the lock with it.
+            if not locking.is_free(log.fileno(), job.log):
+                return None
+            with _Pinned(slot.cores):
+                process = subprocess.Popen(
+                    [*PROGRAM, *job.args],
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    env=environment,
+                    start_new_session=True,  # Ctrl-C comes to us alone, and we pass it on
+                )
         if self._memory_gb is not None:
             limit_memory(process.pid, self._memory_gb)
-        return _Process(process, lambda: self._free.append(slot))
+        return _Process(process, self._free.pop(0), self._free, self._memory_gb is not None)
 
     def close(self) -> None:
         """Has nothing to let go of."""
 
 
 class _Process:
-    def __init__(self, process: subprocess.Popen[bytes], release: "object") -> None:
+    def __init__(
+        self,
+        process: subprocess.Popen[bytes],
+        slot: _Slot,
+        free: list[_Slot],
+        is_limited: bool,
+    ) -> None:
         self._process = process
-        self._release = release
+        self._is_limited = is_limited
+        self._slot: _Slot | None = slot
+        self._free = free
 
     def is_done(self) -> bool:
         if self._process.poll() is None:
             return False
-        release, self._release = self._release, None
-        if callable(release):
-            release()
+        if self._slot is not None:
+            self._free.append(self._slot)
+            self._slot = None
         return True
+
+    def reason(self) -> str | None:
+        code = self._process.returncode
+        return signalled(-code, is_limited=self._is_limited) if code < 0 else None
 
     def stop(self) -> None:
         if self._process.poll() is None:
@@ -175,6 +207,17 @@ class _Pinned:
             os.sched_setaffinity(0, self._before)
 
 
+def signalled(number: int, *, is_limited: bool) -> str:
+    """Returns what is said of a process that a signal ended, and of the likely reason."""
+    names = {int(each): each.name for each in signal.Signals}
+    told = f"it was ended by signal {number} ({names.get(number, 'unknown')})"
+    if number == signal.SIGKILL:
+        return f"{told}, as the system does where memory runs out"
+    if number == signal.SIGABRT and is_limited:
+        return f"{told}, as happens where --memory-per-run is too little"
+    return told
+
+
 def limit_memory(pid: int, gigabytes: float) -> None:
     """Limits the memory that a process may fill, where the system can."""
     import resource
@@ -182,7 +225,10 @@ def limit_memory(pid: int, gigabytes: float) -> None:
     if hasattr(resource, "prlimit"):
         # Not RLIMIT_AS: JAX reserves addresses by the dozen gigabytes and fills few of them.
         most = int(gigabytes * GIGABYTE)
-        resource.prlimit(pid, resource.RLIMIT_DATA, (most, most))
+        with contextlib.suppress(ProcessLookupError):  # it has ended already
+            _, before = resource.prlimit(pid, resource.RLIMIT_DATA)
+            most = most if before == resource.RLIM_INFINITY else min(most, before)
+            resource.prlimit(pid, resource.RLIMIT_DATA, (most, most))
 
 
 def _cores() -> tuple[int, ...]:

@@ -3,13 +3,17 @@
 import dataclasses
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from mjxwalk.cli.evolve import Evolve
+from mjxwalk.cli.parsing import SEEDS
 from mjxwalk.errors import RunError
 
 MOST_RUNS = 100_000  # ours: more folders than anybody wants to look at
+LONGEST = 200  # letters of a name before the seed; a file's may have 255
+SEED = "seed-"  # in a name, before the seed
+RESUMED = ("--tensorboard",)  # flags of `evolve` that `resume` needs again
 
 
 def grid(asked: Evolve, seeds: int) -> dict[str, Evolve]:
@@ -20,30 +24,45 @@ def grid(asked: Evolve, seeds: int) -> dict[str, Evolve]:
       seeds: how many, from the one that is asked for.
 
     Raises:
-      RunError: there are too many, or a setting has no value.
+      RunError: there are too many, a seed cannot be, or a setting has no value or is there twice.
     """
     settings = [
-        (path, _values(path, text)) for path, _, text in (s.partition("=") for s in asked.set)
+        (path.strip(), _values(path, text))
+        for path, _, text in (s.partition("=") for s in asked.set)
     ]
     if seeds < 1:
         raise RunError(f"--seeds must be at least 1, got {seeds}")
+    if asked.seed + seeds > SEEDS:
+        raise RunError(
+            f"{seeds} seeds from {asked.seed} upwards go past the last one, {SEEDS - 1}; give a "
+            "smaller --seed"
+        )
     number = seeds
     for _, values in settings:
         number *= len(values)
     if number > MOST_RUNS:
         raise RunError(f"these are {number} runs, more than {MOST_RUNS}; make several sweeps")
+    _check_paths([path for path, _ in settings])
     names = _short_names([path for path, values in settings if len(values) > 1])
+    beginnings: set[str] = set()
     runs: dict[str, Evolve] = {}
     for choice in itertools.product(*[values for _, values in settings]):
         chosen = [(path, value) for (path, _), value in zip(settings, choice, strict=True)]
-        parts = [f"{names[path]}-{_plain(value)}" for path, value in chosen if path in names]
+        parts = [f"{names[path]}-{_plain(value)}-" for path, value in chosen if path in names]
+        beginning = "".join(parts)[:LONGEST]
+        if beginning in beginnings:  # the values differ in what a folder's name cannot show
+            beginning = f"{beginning}{len(beginnings)}-"
+        beginnings.add(beginning)
+        given = tuple(f"{path}={value}" for path, value in chosen)
         for seed in range(asked.seed, asked.seed + seeds):
-            name = "-".join([*parts, f"seed-{seed}"])
-            if name in runs:  # two values that differ in what a folder's name cannot show
-                name = f"{name}-{len(runs)}"
-            given = tuple(f"{path}={value}" for path, value in chosen)
-            runs[name] = dataclasses.replace(_only_evolve(asked), seed=seed, set=given, out=None)
+            run = dataclasses.replace(_only_evolve(asked), seed=seed, set=given, out=None)
+            runs[f"{beginning}{SEED}{seed}"] = run
     return runs
+
+
+def combinations(names: Iterable[str]) -> list[str]:
+    """Returns what the names of runs that differ in their seeds alone begin with."""
+    return list(dict.fromkeys("".join(name.rpartition(SEED)[:2]) or name for name in names))
 
 
 def arguments(asked: Evolve) -> list[str]:
@@ -54,10 +73,17 @@ def arguments(asked: Evolve) -> list[str]:
         if field.name in ("experiment", "set") or value == field.default:
             continue
         flag = "from" if field.name == "source" else field.name.replace("_", "-")
-        found += [f"--{flag}", "all" if value is None else str(value)]
+        found.append(f"--{flag}")
+        if value is not True:
+            found.append("all" if value is None else str(value))
     for assignment in asked.set:
         found += ["--set", assignment]
     return found
+
+
+def resuming(args: Iterable[str]) -> tuple[str, ...]:
+    """Returns what of a run's arguments it must be told again when it goes on."""
+    return tuple(arg for arg in args if arg in RESUMED)
 
 
 def _only_evolve(asked: Evolve) -> Evolve:
@@ -77,9 +103,16 @@ def _values(path: str, text: str) -> list[str]:
         else:
             values[-1] += letter
     stripped = [value.strip() for value in values]
-    if not all(stripped):
+    if len(stripped) > 1 and not all(stripped):
         raise RunError(f"--set {path}={text} has a comma without a value beside it")
     return list(dict.fromkeys(stripped))
+
+
+def _check_paths(paths: Sequence[str]) -> None:
+    """Raises RunError if a setting is there twice: which of its values holds would be a guess."""
+    for path in paths:
+        if paths.count(path) > 1:
+            raise RunError(f"--set {path} is there twice; put the values of both into one")
 
 
 def _short_names(paths: Sequence[str]) -> dict[str, str]:
@@ -87,12 +120,10 @@ def _short_names(paths: Sequence[str]) -> dict[str, str]:
     names: dict[str, str] = {}
     for path in paths:
         parts = path.split(".")
-        for length in range(1, len(parts) + 1):
-            ending = parts[-length:]
-            if sum(other.split(".")[-length:] == ending for other in paths) == 1:
-                break
-        else:
-            raise RunError(f"--set {path} is there twice; put the values of both into one")
+        ending = parts
+        for length in range(len(parts), 0, -1):
+            if sum(other.split(".")[-length:] == parts[-length:] for other in paths) == 1:
+                ending = parts[-length:]
         names[path] = _plain("-".join(ending))
     return names
 

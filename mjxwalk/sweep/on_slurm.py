@@ -1,10 +1,11 @@
 """Runs of a sweep as jobs of Slurm, by submitit; its machines must share the sweep's disk."""
 
 import importlib
+import shutil
 from pathlib import Path
 from typing import Any
 
-from mjxwalk.errors import RunError
+from mjxwalk.errors import RunError, first_line
 from mjxwalk.sweep.executors import Job
 from mjxwalk.sweep.plan import Resources
 from mjxwalk.sweep.worker import work
@@ -31,6 +32,8 @@ class OnSlurm:
                 "--executor slurm needs submitit, which is not installed; "
                 "pip install 'mjxwalk[slurm]'"
             ) from None
+        if cluster == "slurm" and shutil.which("sbatch") is None:
+            raise RunError("there is no `sbatch` here; give the command where jobs are submitted")
         self._cores, self._memory_gb = resources.cores or 1, resources.memory_gb
         parameters: dict[str, Any] = {
             "cpus_per_task": self._cores,
@@ -46,15 +49,21 @@ class OnSlurm:
             self._executor.update_parameters(**parameters)
         except (RuntimeError, ValueError, OSError) as error:
             raise RunError(
-                f"Slurm cannot be used from here ({str(error).strip().splitlines()[0]}); run this "
-                "where `sbatch` is"
+                f"Slurm cannot be used from here ({first_line(error)}); run this where `sbatch` is"
             ) from None
         self.where = f"as jobs of Slurm, {self._cores} cores each"
 
     def start(self, job: Job) -> "_Submitted":
-        """Submits a job."""
+        """Submits a job.
+
+        Raises:
+          RunError: Slurm refuses it.
+        """
         work_again = Resumable(job.args, str(job.path.resolve()), str(job.log.resolve()))
-        return _Submitted(self._executor.submit(work_again, self._cores, self._memory_gb))
+        try:
+            return _Submitted(self._executor.submit(work_again, self._cores, self._memory_gb))
+        except Exception as error:  # submitit raises its own, and those of `sbatch`
+            raise RunError(f"Slurm did not take it ({first_line(error)})") from None
 
     def close(self) -> None:
         """Has nothing to let go of: jobs that wait were cancelled."""
@@ -82,6 +91,10 @@ class _Submitted:
 
     def is_done(self) -> bool:
         return bool(self._job.done())
+
+    def reason(self) -> str | None:
+        error = self._job.exception()
+        return None if error is None else first_line(error)
 
     def stop(self) -> None:
         self._job.cancel()

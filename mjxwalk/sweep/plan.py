@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+import shlex
 from pathlib import Path
 from typing import Any, Literal
 
@@ -87,11 +88,7 @@ def create(path: Path, plan: Plan) -> None:
       RunError: the folder holds anything else, or cannot be made.
     """
     if is_sweep(path):
-        if read(path).runs != plan.runs:
-            raise RunError(
-                f"{path} holds another sweep; go on with it by `mjxwalk resume {path}`, or choose "
-                "another --out"
-            )
+        _check_same(path, plan)
         return
     begun = (LOCK_FILE, files.partial(FILE))
     try:
@@ -99,11 +96,23 @@ def create(path: Path, plan: Plan) -> None:
         in_the_way = [each.name for each in path.iterdir() if each.name not in begun]
     except OSError as error:
         raise RunError(f"{path} could not be made: {files.describe(error)}") from error
-    if in_the_way:
+    if in_the_way and not is_sweep(path):
         raise RunError(f"{path} exists and is not an empty folder; choose another --out")
     with locked(path):
+        if is_sweep(path):  # another process was as quick
+            _check_same(path, plan)
+            return
         data: dict[str, Any] = {"schema": SCHEMA, **msgspec.to_builtins(plan)}
         files.replace(path / FILE, sealing.sealed(data))
+
+
+def _check_same(path: Path, plan: Plan) -> None:
+    """Raises RunError unless the same runs are planned in a folder."""
+    if read(path).runs != plan.runs:
+        again = shlex.join(["mjxwalk", "resume", str(path)])
+        raise RunError(
+            f"{path} holds another sweep; go on with it by `{again}`, or choose another --out"
+        )
 
 
 def read(path: Path) -> Plan:

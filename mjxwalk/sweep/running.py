@@ -1,6 +1,7 @@
 """Takes a sweep to its end: starts what waits, looks at what runs, and tells of what failed."""
 
 import dataclasses
+import shlex
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -8,9 +9,10 @@ from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
 
 from mjxwalk.errors import Interrupted, RunError
-from mjxwalk.runs import folder
+from mjxwalk.runs import files, folder
 from mjxwalk.sweep import executors
 from mjxwalk.sweep.executors import Executor, Handle, Job
+from mjxwalk.sweep.grid import resuming
 from mjxwalk.sweep.looking import Look, look
 from mjxwalk.sweep.plan import LOGS, Plan, PlannedRun
 
@@ -101,11 +103,9 @@ def _work(
                 raise KeyboardInterrupt
             for _ in range(min(len(waiting), executor.slots - len(running))):
                 run = waiting.popleft()
-                if folder.is_locked(path / run.name):  # left over from a sweep that was killed
+                _start(path, run, rows[run.name], executor, running, display)
+                if rows[run.name].state == "waiting":
                     waiting.append(run)
-                    continue
-                running[run.name] = executor.start(_job(path, run))
-                rows[run.name].state = "running"
             _settle(path, running, rows, display)
             display.update(rows, executor.slots)
             time.sleep(INTERVAL)
@@ -113,6 +113,28 @@ def _work(
         _stop(path, running, rows)
         done = sum(row.state == "finished" for row in rows.values())
         raise Interrupted(f"stopped with {done} of {len(rows)} runs finished") from None
+
+
+def _start(
+    path: Path,
+    run: PlannedRun,
+    row: Row,
+    executor: Executor,
+    running: dict[str, Handle],
+    display: Display,
+) -> None:
+    """Starts a run, unless a process that was left over from a sweep that was killed has it."""
+    if folder.is_locked(path / run.name):
+        return
+    try:
+        handle = executor.start(_job(path, run))
+    except (OSError, RunError) as error:
+        why = files.describe(error) if isinstance(error, OSError) else str(error)
+        row.state, row.reason = "failed", f"it could not be started: {why}"
+        display.say(f"{run.name} failed: {row.reason}")
+        return
+    if handle is not None:
+        row.state, running[run.name] = "running", handle
 
 
 def _settle(path: Path, running: dict[str, Handle], rows: dict[str, Row], display: Display) -> None:
@@ -126,7 +148,7 @@ def _settle(path: Path, running: dict[str, Handle], rows: dict[str, Row], displa
         del running[name]
         row.state = "finished" if row.look.is_finished else "failed"
         if row.state == "failed":
-            row.reason = _last_line(path / LOGS / f"{name}.log")
+            row.reason = handle.reason() or _last_line(path / LOGS / f"{name}.log")
             display.say(f"{name} failed: {row.reason}")
 
 
@@ -144,7 +166,8 @@ def _stop(path: Path, running: dict[str, Handle], rows: dict[str, Row]) -> None:
 def _job(path: Path, run: PlannedRun) -> Job:
     place = path / run.name
     begun = look(place).is_begun
-    args = ("resume", str(place)) if begun else ("evolve", *run.args, "--out", str(place))
+    again = ("resume", str(place), *resuming(run.args))
+    args = again if begun else ("evolve", *run.args, "--out", str(place))
     return Job(run.name, args, place, path / LOGS / f"{run.name}.log")
 
 
@@ -171,7 +194,7 @@ def check_ended(path: Path, rows: Mapping[str, Row]) -> None:
     if failed:
         shown = ", ".join(failed[:5]) + (", ..." if len(failed) > 5 else "")
         raise RunError(
-            f"{len(failed)} of {len(rows)} runs failed: {shown}; {failed[0]} said: "
+            f"{len(failed)} of {len(rows)} runs failed: {shown}; {failed[0]}: "
             f"{rows[failed[0]].reason}; what each said is in {path / LOGS}, and "
-            f"`mjxwalk resume {path}` tries them again"
+            f"`{shlex.join(['mjxwalk', 'resume', str(path)])}` tries them again"
         )

@@ -1,8 +1,9 @@
 """A sweep in a terminal: a table that lives or, off one, plain lines."""
 
+import shlex
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from rich.console import Console
@@ -10,9 +11,11 @@ from rich.live import Live
 from rich.table import Table
 
 from mjxwalk.progress import duration
+from mjxwalk.sweep.grid import combinations
 from mjxwalk.sweep.running import Display, Row
 
 LINE_INTERVAL = 10.0  # s between plain lines that tell how far everything is
+MOST_REPORTS = 4  # commands to type next that are shown
 MOST_ROWS = 30  # of the table on a terminal: of more runs, those that run are shown
 STYLES = {"running": "cyan", "finished": "green", "failed": "red", "waiting": "dim"}
 
@@ -63,7 +66,7 @@ class LiveDisplay:
 
     def start(self, path: Path, where: str, rows: Mapping[str, Row]) -> None:
         """Opens the display."""
-        self._console.print(opening(path, where, rows), style="bold", markup=False)
+        self._console.print(opening(path, where, rows), style="bold", markup=False, soft_wrap=True)
         self._live = Live(console=self._console, refresh_per_second=4)
         self._live.start()
 
@@ -74,7 +77,8 @@ class LiveDisplay:
 
     def say(self, text: str) -> None:
         """Prints a sentence above the table."""
-        self._console.print(text, markup=False)
+        # Not broken where the terminal ends: what is to be typed is copied from there.
+        self._console.print(text, markup=False, soft_wrap=True)
 
     def close(self) -> None:
         """Leaves the last table on the terminal."""
@@ -131,6 +135,17 @@ def summary(rows: Mapping[str, Row], left_s: float | None) -> str:
     best = [row.look.best_m for row in rows.values() if row.look.best_m is not None]
     farthest = f", best {max(best):.2f} m" if best else ""
     return f"{told}{farthest}" + (f", {duration(left_s)} left" if left_s is not None else "")
+
+
+def reports(path: Path, names: Iterable[str]) -> list[str]:
+    """Returns what to type next: a report averages over seeds, and so over one combination."""
+    commands = [
+        f"mjxwalk report {shlex.quote(f'{path}/{beginning}')}*"
+        for beginning in combinations(names)[: MOST_REPORTS + 1]
+    ]
+    if len(commands) > MOST_REPORTS:
+        commands[MOST_REPORTS] = "and so on, a report for each combination of settings"
+    return [f"{'next: ' if not n else '      '}{each}" for n, each in enumerate(commands)]
 
 
 def table(rows: Mapping[str, Row], left_s: float | None) -> Table:

@@ -21,6 +21,7 @@ def work(args: Sequence[str], path: str, log: str, cores: int, memory_gb: float 
       memory_gb: that it may take; None for no limit.
     """
     from mjxwalk.sweep import executors
+    from mjxwalk.sweep.grid import resuming
 
     os.environ[executors.THREADS] = str(cores)
     if memory_gb is not None:
@@ -33,7 +34,7 @@ def work(args: Sequence[str], path: str, log: str, cores: int, memory_gb: float 
     while folder.is_locked(place) and time.monotonic() < deadline:
         time.sleep(1.0)
     if (place / config.FILE).is_file():  # begun before: by a job that was cut short, say
-        args = ("resume", path)
+        args = ("resume", path, *resuming(args))
     with open(log, "a", buffering=1) as said:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             try:

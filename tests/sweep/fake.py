@@ -3,6 +3,7 @@
 import json
 import os
 import resource
+import signal
 import sys
 import time
 from pathlib import Path
@@ -27,6 +28,8 @@ def main(args: list[str]) -> int:
         "memory": resource.getrlimit(resource.RLIMIT_DATA)[0],
     }
     print(json.dumps(told), flush=True)
+    if any("killed" in arg for arg in args):
+        os.kill(os.getpid(), signal.SIGKILL)
     path.mkdir(exist_ok=True)
     with folder.locked(path):
         if not resumed:

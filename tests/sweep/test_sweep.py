@@ -1,5 +1,6 @@
 """Tests of sweeps: their grid, their folder, and what becomes of their runs."""
 
+import contextlib
 import json
 import os
 import re
@@ -8,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +23,13 @@ from mjxwalk.cli.parsing import parse
 from mjxwalk.engines.lanes import cache
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, folder, sealing
-from mjxwalk.sweep import executors, grid, looking, plan
+from mjxwalk.sweep import executors, grid, looking, plan, showing
+from mjxwalk.sweep.command import Sweep
+from mjxwalk.sweep.executors import Job, Local
 from mjxwalk.sweep.grid import arguments
 
 FAKE = Path(__file__).with_name("fake.py")
+LOG = Path("s/logs/seed-0.log")
 
 
 @pytest.fixture(autouse=True)
@@ -72,6 +77,10 @@ def test_names_tell_settings_apart_that_end_alike() -> None:
         Evolve(experiment="toy"),
         Evolve(experiment="toy", seed=3, source="zoo:planar-lpd", keep=None, scale=0.5, terrains=2),
         Evolve(experiment="toy", set=("a.b=1", "c=[1, 2]"), engine="mjx", links=Path("my links")),
+        Evolve(
+            experiment="toy", tensorboard=True, body=Path("b.xml"), save_every=2, strategy="snes"
+        ),
+        Evolve(experiment="toy", population=8, roughness=0.5),
     ],
 )
 def test_arguments_of_a_run_read_back_as_what_was_asked(asked: Evolve) -> None:
@@ -97,7 +106,7 @@ def test_a_failed_run_is_told_not_fatal_and_tried_again(capsys: pytest.CaptureFi
     captured = capsys.readouterr()
     assert "2 finished, 2 failed" in captured.out
     assert re.fullmatch(
-        r"mjxwalk: 2 of 4 runs failed: sigma-13-seed-0, sigma-13-seed-1; sigma-13-seed-0 said: the "
+        r"mjxwalk: 2 of 4 runs failed: sigma-13-seed-0, sigma-13-seed-1; sigma-13-seed-0: the "
         r"friction is too slippery; [^\n]+ `mjxwalk resume s` tries them again\n",
         captured.err,
     )
@@ -149,6 +158,14 @@ def test_the_same_grid_finds_its_folder_and_another_is_refused(
         (["toy", "--cores-per-run", "4096"], "--cores-per-run is 4096, and this machine lends"),
         (["toy", "--cores-per-run", "0"], "--cores-per-run must be above 0"),
         (["toy", "--memory-per-run", "1e9"], "--memory-per-run is 1e+09 GB, and this machine has"),
+        (["toy", "--memory-per-run", "0.1"], "--memory-per-run must be at least 0.4 GB"),
+        (["toy", "--live"], "--live shows one run, and a sweep has several at a time"),
+        (["toy", "--seed", "-1"], "--seed must be a whole number from 0 to 4294967295, got '-1'"),
+        (["toy", "--address", "auto"], "--address goes with --executor ray"),
+        (["toy", "--partition", "a"], "--partition goes with --executor slurm"),
+        (["toy", "--processes", "2"], "--processes is for a run of several processes"),
+        (["toy", "--set", "strategy.sigma=1", "--set", "strategy.sigma=2,3"], "is there twice"),
+        (["toy", "--set", "strategy.sigma=0.1,0.10"], "are the same run; leave one out"),
         (["toy", "--executor", "ray"], "needs Ray, which is not installed"),
         (["toy", "--executor", "slurm"], "needs submitit, which is not installed"),
     ],
@@ -232,6 +249,112 @@ sys.exit(main(["sweep", "toy", "--seeds", "2", "--set", "name=slow", "--out", "s
     assert process.returncode == 130
     assert "stopped with 0 of 2 runs finished; go on with: mjxwalk resume s" in out
     assert not folder.is_locked(Path("s/seed-0"))
+
+
+def test_the_last_seed_is_the_last(capsys: pytest.CaptureFixture[str]) -> None:
+    assert list(grid(Evolve(experiment="toy", seed=2**32 - 2), 2)) == [
+        "seed-4294967294",
+        "seed-4294967295",
+    ]
+    assert main(["sweep", "toy", "--seed", str(2**32 - 1), "--seeds", "2", "--out", "s"]) == 2
+    assert "go past the last one, 4294967295" in capsys.readouterr().err
+    assert not Path("s").exists()
+
+
+def test_tensorboard_is_passed_on_also_to_runs_that_go_on() -> None:
+    command = ["sweep", "toy", "--seeds", "1", "--set", "strategy.sigma=13", "--tensorboard"]
+    assert main([*command, "--out", "s"]) == 2
+    Path("mended").touch()
+    assert main(["resume", "s"]) == 0
+    begun, resumed = (each["args"] for each in told("seed-0"))
+    assert parse("mjxwalk evolve", Evolve, begun[1:]).tensorboard
+    assert resumed == ["resume", "s/seed-0", "--tensorboard"]
+
+
+@pytest.mark.parametrize("flag", ["--live", "--tensorboard", "--distributed"])
+def test_flags_of_one_run_are_refused_when_a_sweep_goes_on(
+    flag: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan.create(Path("s"), plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources()))
+    assert main(["resume", "s", flag]) == 2
+    assert f"s is a sweep, whose runs go on as they were begun; {flag}" in capsys.readouterr().err
+
+
+def test_names_are_as_short_as_a_folder_allows() -> None:
+    asked = Evolve(experiment="toy", set=tuple(f"a.{n}{'x' * 50}={'1' * 60},2" for n in range(4)))
+    names = list(grid(asked, 2))
+    assert len(set(names)) == 32
+    assert max(map(len, names)) < 240
+
+
+def test_a_sweep_may_be_gone_on_with_from_another_folder() -> None:
+    asked = Sweep(experiment="toy", links=Path("links.json"), source="a", body=Path("b.xml"))
+    assert asked.anywhere().links == Path.cwd() / "links.json"
+    assert asked.anywhere().body == Path.cwd() / "b.xml"
+    assert asked.anywhere().source == str(Path.cwd() / "a")
+    assert Sweep(experiment="toy", source="zoo:a").anywhere().source == "zoo:a"
+
+
+def test_a_killed_run_is_said_to_be_killed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sweep", "toy", "--seeds", "1", "--set", "name=killed", "--out", "s"]) == 2
+    error = capsys.readouterr().err
+    assert "seed-0: it was ended by signal 9 (SIGKILL), as the system does where memory" in error
+
+
+def test_a_run_that_a_killed_sweep_left_over_is_waited_for() -> None:
+    planned = plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources())
+    plan.create(Path("s"), planned)
+    Path("s/logs").mkdir()
+    job = Job("seed-0", ("evolve", "toy", "--out", "s/seed-0"), Path("s/seed-0"), LOG)
+    code = f"import time; time.sleep(2); exec(open({str(FAKE)!r}).read())"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(executors, "PROGRAM", (sys.executable, "-c", code))
+        left = Local(plan.Resources(), 1).start(job)
+    assert left is not None and not Path("s/seed-0").exists()  # not even its folder is locked yet
+    assert Local(plan.Resources(), 1).start(job) is None
+    assert main(["resume", "s"]) == 0
+    assert left.is_done()
+    assert [each["args"][0] for each in told("seed-0")] == ["evolve", "resume"]
+
+
+def test_a_run_that_cannot_be_started_is_told_of(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(executors, "PROGRAM", ("/nowhere/python",))
+    assert main(["sweep", "toy", "--seeds", "2", "--out", "s"]) == 2
+    captured = capsys.readouterr()
+    assert "2 failed" in captured.out
+    assert "it could not be started: no such file or directory" in captured.err
+
+
+def test_what_is_to_be_typed_next_names_runs_that_can_be_averaged() -> None:
+    asked = Evolve(experiment="toy", set=("a.b=1,2",))
+    assert showing.reports(Path("my sweep"), grid(asked, 3)) == [
+        "next: mjxwalk report 'my sweep/b-1-seed-'*",
+        "      mjxwalk report 'my sweep/b-2-seed-'*",
+    ]
+    many = Evolve(experiment="toy", set=("a.b=1,2,3,4,5",))
+    assert showing.reports(Path("s"), grid(many, 1))[-1].strip().startswith("and so on")
+
+
+def test_of_two_processes_that_plan_at_once_the_second_reads_what_the_first_wrote(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first = plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources())
+    second = plan.make(grid(Evolve(experiment="toy"), 2), plan.Resources())
+    locked = plan.locked
+
+    @contextlib.contextmanager
+    def slow(path: Path) -> Generator[None]:
+        monkeypatch.setattr(plan, "locked", locked)
+        plan.create(path, first)
+        with locked(path):
+            yield
+
+    monkeypatch.setattr(plan, "locked", slow)
+    with pytest.raises(RunError, match="holds another sweep"):
+        plan.create(Path("s"), second)
+    assert plan.read(Path("s")).runs == first.runs
 
 
 def test_what_a_damaged_run_tells_is_nothing() -> None:
