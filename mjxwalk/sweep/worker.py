@@ -25,7 +25,7 @@ def work(args: Sequence[str], path: str, log: str, cores: int, memory_gb: float 
 
     os.environ[executors.THREADS] = str(cores)
     if memory_gb is not None:
-        executors.limit_memory(os.getpid(), memory_gb)
+        executors.limit_memory(os.getpid(), _taken_gb() + memory_gb)
     from mjxwalk.cli import main
     from mjxwalk.runs import config, folder
 
@@ -41,3 +41,12 @@ def work(args: Sequence[str], path: str, log: str, cores: int, memory_gb: float 
                 return main(args)
             finally:
                 sys.stdout.flush()
+
+
+def _taken_gb() -> float:
+    """Returns what the cluster's part of this process has reserved; 0 where that is not told."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[5])
+    except (OSError, ValueError, IndexError):
+        return 0.0
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e9

@@ -23,13 +23,9 @@ from mjxwalk.cli.parsing import parse
 from mjxwalk.engines.lanes import cache
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, folder, sealing
-from mjxwalk.sweep import executors, grid, looking, plan, showing
-from mjxwalk.sweep.command import Sweep
-from mjxwalk.sweep.executors import Job, Local
-from mjxwalk.sweep.grid import arguments
+from mjxwalk.sweep import executors, grid, looking, plan
 
 FAKE = Path(__file__).with_name("fake.py")
-LOG = Path("s/logs/seed-0.log")
 
 
 @pytest.fixture(autouse=True)
@@ -43,48 +39,6 @@ def told(name: str, place: str = "s") -> list[dict[str, Any]]:
     """Returns what the process of each start of a run said of itself."""
     lines = Path(place, "logs", f"{name}.log").read_text().splitlines()
     return [json.loads(line) for line in lines if line.startswith("{")]
-
-
-def test_every_seed_goes_with_every_combination() -> None:
-    asked = Evolve(
-        experiment="toy",
-        seed=5,
-        population=8,
-        set=("strategy.sigma=0.1,0.2", "env.friction=1", "goal.some=[1, 2],[3]"),
-    )
-    runs = grid(asked, 2)
-    assert list(runs) == [
-        f"sigma-{sigma}-some-{some}-seed-{seed}"
-        for sigma in ("0.1", "0.2")
-        for some in ("1-2", "3")
-        for seed in (5, 6)
-    ]
-    chosen = runs["sigma-0.2-some-1-2-seed-6"]
-    assert chosen.set == ("strategy.sigma=0.2", "env.friction=1", "goal.some=[1, 2]")
-    assert (chosen.seed, chosen.population) == (6, 8)
-
-
-def test_names_tell_settings_apart_that_end_alike() -> None:
-    asked = Evolve(experiment="toy", set=("a.rate=1,2", "b.rate=1,2", "text=x y,x-y"))
-    names = list(grid(asked, 1))
-    assert len(set(names)) == 8
-    assert names[0] == "a-rate-1-b-rate-1-text-x-y-seed-0"
-
-
-@pytest.mark.parametrize(
-    "asked",
-    [
-        Evolve(experiment="toy"),
-        Evolve(experiment="toy", seed=3, source="zoo:planar-lpd", keep=None, scale=0.5, terrains=2),
-        Evolve(experiment="toy", set=("a.b=1", "c=[1, 2]"), engine="mjx", links=Path("my links")),
-        Evolve(
-            experiment="toy", tensorboard=True, body=Path("b.xml"), save_every=2, strategy="snes"
-        ),
-        Evolve(experiment="toy", population=8, roughness=0.5),
-    ],
-)
-def test_arguments_of_a_run_read_back_as_what_was_asked(asked: Evolve) -> None:
-    assert parse("mjxwalk evolve", Evolve, arguments(asked)) == asked
 
 
 def test_a_sweep_runs_all_and_repeats_none(capsys: pytest.CaptureFixture[str]) -> None:
@@ -115,21 +69,6 @@ def test_a_failed_run_is_told_not_fatal_and_tried_again(capsys: pytest.CaptureFi
     assert "4 finished" in capsys.readouterr().out
     assert [each["args"][0] for each in told("sigma-0.1-seed-0")] == ["evolve"]
     assert [each["args"][0] for each in told("sigma-13-seed-0")] == ["evolve", "resume"]
-
-
-@pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="cores cannot be chosen here")
-def test_each_run_has_cores_and_memory_of_its_own() -> None:
-    cores = sorted(os.sched_getaffinity(0))
-    limits = ["--cores-per-run", "1", "--memory-per-run", "2.5"]
-    assert main(["sweep", "toy", "--seeds", "2", *limits, "--out", "s"]) == 0
-    for name in ("seed-0", "seed-1"):
-        (said,) = told(name)
-        assert (len(said["cores"]), said["threads"], said["memory"]) == (1, "1", 2_500_000_000)
-    if len(cores) > 1:
-        assert told("seed-0")[0]["cores"] != told("seed-1")[0]["cores"]
-    assert sorted(os.sched_getaffinity(0)) == cores
-    assert main(["sweep", "toy", "--seeds", "1", "--out", "alone"]) == 0
-    assert told("seed-0", "alone")[0]["cores"] == cores
 
 
 def test_the_same_grid_finds_its_folder_and_another_is_refused(
@@ -251,16 +190,6 @@ sys.exit(main(["sweep", "toy", "--seeds", "2", "--set", "name=slow", "--out", "s
     assert not folder.is_locked(Path("s/seed-0"))
 
 
-def test_the_last_seed_is_the_last(capsys: pytest.CaptureFixture[str]) -> None:
-    assert list(grid(Evolve(experiment="toy", seed=2**32 - 2), 2)) == [
-        "seed-4294967294",
-        "seed-4294967295",
-    ]
-    assert main(["sweep", "toy", "--seed", str(2**32 - 1), "--seeds", "2", "--out", "s"]) == 2
-    assert "go past the last one, 4294967295" in capsys.readouterr().err
-    assert not Path("s").exists()
-
-
 def test_tensorboard_is_passed_on_also_to_runs_that_go_on() -> None:
     command = ["sweep", "toy", "--seeds", "1", "--set", "strategy.sigma=13", "--tensorboard"]
     assert main([*command, "--out", "s"]) == 2
@@ -278,63 +207,6 @@ def test_flags_of_one_run_are_refused_when_a_sweep_goes_on(
     plan.create(Path("s"), plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources()))
     assert main(["resume", "s", flag]) == 2
     assert f"s is a sweep, whose runs go on as they were begun; {flag}" in capsys.readouterr().err
-
-
-def test_names_are_as_short_as_a_folder_allows() -> None:
-    asked = Evolve(experiment="toy", set=tuple(f"a.{n}{'x' * 50}={'1' * 60},2" for n in range(4)))
-    names = list(grid(asked, 2))
-    assert len(set(names)) == 32
-    assert max(map(len, names)) < 240
-
-
-def test_a_sweep_may_be_gone_on_with_from_another_folder() -> None:
-    asked = Sweep(experiment="toy", links=Path("links.json"), source="a", body=Path("b.xml"))
-    assert asked.anywhere().links == Path.cwd() / "links.json"
-    assert asked.anywhere().body == Path.cwd() / "b.xml"
-    assert asked.anywhere().source == str(Path.cwd() / "a")
-    assert Sweep(experiment="toy", source="zoo:a").anywhere().source == "zoo:a"
-
-
-def test_a_killed_run_is_said_to_be_killed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["sweep", "toy", "--seeds", "1", "--set", "name=killed", "--out", "s"]) == 2
-    error = capsys.readouterr().err
-    assert "seed-0: it was ended by signal 9 (SIGKILL), as the system does where memory" in error
-
-
-def test_a_run_that_a_killed_sweep_left_over_is_waited_for() -> None:
-    planned = plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources())
-    plan.create(Path("s"), planned)
-    Path("s/logs").mkdir()
-    job = Job("seed-0", ("evolve", "toy", "--out", "s/seed-0"), Path("s/seed-0"), LOG)
-    code = f"import time; time.sleep(2); exec(open({str(FAKE)!r}).read())"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(executors, "PROGRAM", (sys.executable, "-c", code))
-        left = Local(plan.Resources(), 1).start(job)
-    assert left is not None and not Path("s/seed-0").exists()  # not even its folder is locked yet
-    assert Local(plan.Resources(), 1).start(job) is None
-    assert main(["resume", "s"]) == 0
-    assert left.is_done()
-    assert [each["args"][0] for each in told("seed-0")] == ["evolve", "resume"]
-
-
-def test_a_run_that_cannot_be_started_is_told_of(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(executors, "PROGRAM", ("/nowhere/python",))
-    assert main(["sweep", "toy", "--seeds", "2", "--out", "s"]) == 2
-    captured = capsys.readouterr()
-    assert "2 failed" in captured.out
-    assert "it could not be started: no such file or directory" in captured.err
-
-
-def test_what_is_to_be_typed_next_names_runs_that_can_be_averaged() -> None:
-    asked = Evolve(experiment="toy", set=("a.b=1,2",))
-    assert showing.reports(Path("my sweep"), grid(asked, 3)) == [
-        "next: mjxwalk report 'my sweep/b-1-seed-'*",
-        "      mjxwalk report 'my sweep/b-2-seed-'*",
-    ]
-    many = Evolve(experiment="toy", set=("a.b=1,2,3,4,5",))
-    assert showing.reports(Path("s"), grid(many, 1))[-1].strip().startswith("and so on")
 
 
 def test_of_two_processes_that_plan_at_once_the_second_reads_what_the_first_wrote(
