@@ -243,13 +243,13 @@ def test_one_process_at_a_time_makes_a_kernel(
     order: list[str] = []
 
     def second() -> None:
-        with cache.alone("abc"):
+        with cache.alone("code", "abc"):
             order.append("second")
 
     other = threading.Thread(target=second)
-    with cache.alone("abc"):
+    with cache.alone("code", "abc"):
         other.start()
-        with cache.alone("xyz"):
+        with cache.alone("code", "xyz"):
             pass
         time.sleep(0.2)
         order.append("first")
@@ -257,5 +257,5 @@ def test_one_process_at_a_time_makes_a_kernel(
     assert order == ["first", "second"]
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    with cache.alone("abc"):  # no disk to tell by
+    with cache.alone("code", "abc"):  # no disk to tell by
         pass
