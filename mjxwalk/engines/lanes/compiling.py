@@ -11,7 +11,7 @@ import llvmlite
 import msgspec
 import numpy as np
 
-from mjxwalk import __version__
+from mjxwalk import __version__, forking
 from mjxwalk.engines.lanes import (
     cache,
     control,
@@ -161,6 +161,7 @@ def _made(
     start: float,
 ) -> Compiled:
     """Returns the kernel of a function of one walker, traced; writes it under a name if given."""
+    forking.check()  # JAX may have to compute what is known while tracing
     graph, outputs, output_tree = traced(function, tree, abstracts, anew=name is None)
     whole = program(graph, [n for out in outputs for n in out.array.ravel().tolist()])
     text = kernel(

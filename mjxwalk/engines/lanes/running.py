@@ -94,6 +94,10 @@ def _crew(workers: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(workers, thread_name_prefix="lanes")
 
 
+if hasattr(os, "register_at_fork"):  # a forked process has none of its parent's threads
+    os.register_at_fork(after_in_child=_crew.cache_clear)
+
+
 def _aligned(size: int) -> Array:
     """Returns zeroed memory that starts on a cache line."""
     memory: Any = np.zeros(size + ALIGNMENT, np.uint8)

@@ -1,6 +1,8 @@
 """Threads: how many, whether they can be stopped, and whether Python lives on beside them."""
 
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -88,3 +90,23 @@ def test_threads_keep_to_the_quota_of_the_control_group(
 def test_a_width_that_no_vector_has_is_refused() -> None:
     with pytest.raises(ValueError, match=r"width must be one of \(4, 8, 16\), got 5"):
         lanes.vmap(endless, width=5)
+
+
+FORKED = """
+import os, sys
+import numpy as np
+from mjxwalk.engines import lanes
+
+mapped = lanes.vmap(lambda x: x * 2.0)
+x = np.arange(4096, dtype=np.float32)
+mapped(x)
+child = os.fork()
+if child == 0:
+    os._exit(0 if (mapped(x) == 2 * x).all() else 1)
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+def test_kernel_runs_in_a_process_that_was_forked_after_it_had_run() -> None:
+    done = subprocess.run([sys.executable, "-c", FORKED], timeout=120, check=False)
+    assert done.returncode == 0
