@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
-from mjxwalk import cli, runs, walkers
+from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.cli.parsing import Seed
 from mjxwalk.tournament.command import Source
 
@@ -42,6 +42,7 @@ class AngleDensity:
         if self.trials < 1:
             raise runs.RunError(f"--trials must be at least 1, got {self.trials}")
         walkers.check(self.source)
+        outputs.check(self.out)
         from mjxwalk import engines
         from mjxwalk.analysis import angles, figures
 
@@ -51,11 +52,8 @@ class AngleDensity:
         density = angles.angle_density(self._recordings(walker), env)
         if not density.steps:
             raise runs.RunError(f"{self.source} takes no whole step in a trial without a fall")
-        try:
-            figures.angle_densities(density).savefig(self.out, dpi=150)
-        except (OSError, ValueError) as error:
-            raise runs.RunError(f"{self.out} could not be written: {error}") from None
-        print(self.out)
+        outputs.write_figure(self.out, figures.angle_densities(density), dpi=150)
+        outputs.tell(self.out)
         return 0
 
     def _recordings(self, walker: walkers.Walker) -> Iterator[Any]:

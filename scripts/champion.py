@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mjxwalk import cli, runs, walkers
-from mjxwalk.runs.result import npz
+from mjxwalk import cli, outputs, walkers
+from mjxwalk.runs.npz import npz
 from mjxwalk.tournament.command import Source
 from mjxwalk.walkers import Walker
 
@@ -30,6 +30,8 @@ class Champion:
         Raises:
           RunError: there is no such source, or it has no walker yet.
         """
+        if self.out is not None:
+            outputs.check(self.out)
         walker = walkers.best(self.source)
         print(f"{walker.rank} of generation {walker.generation}, from {walker.name}")
         for row in _table(walker):
@@ -51,11 +53,8 @@ def _table(walker: Walker) -> list[list[str]]:
 def _write(path: Path, genotype: Any) -> None:
     from mjxwalk.runs.trees import flatten
 
-    try:
-        path.write_bytes(npz(flatten(genotype)))
-    except OSError as error:
-        raise runs.RunError(f"{path} could not be written: {error.strerror}") from None
-    print(path)
+    outputs.write(path, npz(flatten(genotype)))
+    outputs.tell(path)
 
 
 if __name__ == "__main__":

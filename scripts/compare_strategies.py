@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjxwalk import cli, experiments
+from mjxwalk import cli, experiments, outputs
 from mjxwalk.errors import RunError, near
 
 STRATEGIES = ("self-adaptive-ga", "deep-ga", "cma-es", "sep-cma-es", "snes", "pgpe", "openai-es")
@@ -51,15 +51,16 @@ class CompareStrategies:
         """
         self._check()
         from mjxwalk import engines
+        from mjxwalk.runs import files
 
         engines.prepare()
         try:
             self.out.mkdir(parents=True, exist_ok=True)
             races = self._races()
             shown = table(races)
-            (self.out / "table.md").write_text(shown)
-            draw(races, self.out / "strategies.png")
-        except (OSError, json.JSONDecodeError) as error:
+            files.replace(self.out, "table.md", shown.encode())
+            outputs.write_figure(self.out / "strategies.png", draw(races))
+        except OSError as error:
             raise RunError(f"{self.out} cannot be used: {error}") from None
         except ValueError as error:
             raise RunError(str(error)) from None
@@ -91,11 +92,11 @@ class CompareStrategies:
         done: list[Any] = []
         for number in self.weights:
             for name in self.strategies:
-                file = self.out / f"{name}-{number}-{self.evaluations}-{self.seeds}.json"
+                file = f"{name}-{number}-{self.evaluations}-{self.seeds}.json"
                 race = functools.partial(
                     races.on_functions, name, number, self.seeds, self.evaluations
                 )
-                done += _kept(file, race)
+                done += _kept(self.out, file, race)
         for task in self.experiments:
             done += self._walkers(task)
         return done
@@ -117,21 +118,24 @@ class CompareStrategies:
                 race = functools.partial(
                     races.on_walkers, chosen, evaluator, seed, self.million_steps
                 )
-                done += _kept(self.out / f"{kind}-{seed}.json", lambda race=race: [race()])
+                done += _kept(self.out, f"{kind}-{seed}.json", lambda race=race: [race()])
         return done
 
 
-def _kept(file: Path, race: Any) -> list[Any]:
-    """Returns races from their file, or runs them and writes it."""
+def _kept(folder: Path, name: str, race: Any) -> list[Any]:
+    """Returns races from their file in a folder, or runs them and writes it."""
     from mjxwalk.bench.races import Race
+    from mjxwalk.runs import files
 
-    if not file.exists():
-        rows = [one._asdict() for one in race()]
-        part = file.with_suffix(".part")
-        part.write_text(json.dumps(rows))
-        part.replace(file)
-        print(f"{file}", file=sys.stderr, flush=True)
-    return [Race(**row) for row in json.loads(file.read_text())]
+    path, content = folder / name, files.read_inside(folder, name)
+    if content is None:
+        content = json.dumps([one._asdict() for one in race()]).encode()
+        files.replace(folder, name, content)
+        print(path, file=sys.stderr, flush=True)
+    try:
+        return [Race(**row) for row in files.decode(path, content, list)]
+    except TypeError as error:
+        raise RunError(f"{path} cannot be read: {error}") from None
 
 
 def progress(race: Any) -> Any:
@@ -162,8 +166,8 @@ def table(races: list[Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def draw(races: list[Any], file: Path) -> None:
-    """Draws what walkers reach against physics steps, and functions at their end, into a file."""
+def draw(races: list[Any]) -> Any:
+    """Returns a figure of what walkers reach against physics steps, and functions at their end."""
     from matplotlib.figure import Figure
 
     functions = [race for race in races if len(race.effort) == 1]
@@ -177,7 +181,7 @@ def draw(races: list[Any], file: Path) -> None:
     if functions:
         _draw_functions(axes[-1], functions)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    figure.savefig(file)
+    return figure
 
 
 def _draw_walkers(axis: Any, races: list[Any]) -> None:

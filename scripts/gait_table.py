@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from mjxwalk import cli, runs, walkers
+from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.cli.parsing import Seed
 
 Sources = tyro.conf.Positional[
@@ -53,6 +53,8 @@ class GaitTable:
         """
         if not self.sources:
             raise runs.RunError("no runs were named")
+        if self.csv is not None:
+            outputs.check(self.csv, "--csv")
         if self.trials < 1:
             raise runs.RunError(f"--trials must be at least 1, got {self.trials}")
         if self.duration < 0.0:
@@ -66,11 +68,8 @@ class GaitTable:
         table = tables.table_5({source: [self._measure(source)] for source in self.sources})
         print(_shown(table).to_string())
         if self.csv is not None:
-            try:
-                table.to_csv(self.csv)
-            except OSError as error:
-                raise runs.RunError(f"{self.csv} could not be written: {error}") from None
-            print(self.csv)
+            outputs.write(self.csv, table.to_csv().encode())
+            outputs.tell(self.csv)
         return 0
 
     def _measure(self, source: str) -> Any:

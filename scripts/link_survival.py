@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from mjxwalk import cli, runs, walkers
+from mjxwalk import cli, outputs, runs, walkers
 
 Sources = tyro.conf.Positional[
     Annotated[tuple[str, ...], tyro.conf.arg(metavar="RUN|zoo:NAME ...")]
@@ -46,6 +46,9 @@ class LinkSurvival:
             raise runs.RunError(f"--threshold must be above 0 and at most 1, got {self.threshold}")
         for source in self.sources:
             walkers.check(source)
+        for flag in ("csv", "figure", "reduced"):
+            if getattr(self, flag) is not None:
+                outputs.check(getattr(self, flag), f"--{flag}")
         from mjxwalk.analysis import links, tables
 
         present = links.presence([_linked(source) for source in self.sources])
@@ -55,26 +58,25 @@ class LinkSurvival:
         print(counts.to_string())
         print(f"\nnon-local links kept, and left at a threshold of {self.threshold:g}:")
         print(tables.table_3_summary(present, threshold=self.threshold).round(2).to_string())
-        try:
-            self._write(counts, mask)
-        except (OSError, ValueError) as error:
-            raise runs.RunError(f"a file could not be written: {error}") from None
+        self._write(counts, mask)
         return 0
 
     def _write(self, counts: Any, mask: Any) -> None:
         from mjxwalk.analysis import links
 
         if self.csv is not None:
-            counts.to_csv(self.csv, index_label="input")
+            outputs.write(self.csv, counts.to_csv(index_label="input").encode())
         if self.reduced is not None:
-            self.reduced.write_text(json.dumps(links.as_setting(mask), indent=2) + "\n")
+            text = json.dumps(links.as_setting(mask), indent=2) + "\n"
+            outputs.write(self.reduced, text.encode())
         if self.figure is not None:
             from mjxwalk.analysis import figures
 
-            figures.link_survival(counts, len(self.sources), mask).savefig(self.figure, dpi=150)
+            figure = figures.link_survival(counts, len(self.sources), mask)
+            outputs.write_figure(self.figure, figure, dpi=150)
         for path in (self.csv, self.reduced, self.figure):
             if path is not None:
-                print(path)
+                outputs.tell(path)
 
 
 def _linked(source: str) -> Any:

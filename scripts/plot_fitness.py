@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mjxwalk import cli, runs
+from mjxwalk import cli, outputs, runs
 from mjxwalk.cli.parsing import RunFolder
 
 
@@ -27,14 +27,12 @@ class PlotFitness:
         Raises:
           RunError: there is no such run, or nothing to plot.
         """
+        outputs.check(self.out)
         metrics = runs.load(self.run_folder).metrics
         if not len(metrics["generation"]):
             raise runs.RunError(f"{self.run_folder} has not finished a generation yet")
-        try:
-            plot(metrics, title=self.run_folder.name, out=self.out)
-        except (OSError, ValueError) as error:
-            raise runs.RunError(f"{self.out} could not be written: {error}") from None
-        print(self.out)
+        plot(metrics, title=self.run_folder.name, out=self.out)
+        outputs.tell(self.out)
         return 0
 
 
@@ -55,7 +53,7 @@ def plot(metrics: dict[str, Any], *, title: str, out: Path) -> None:
     axes[2].set_ylabel("share of falls")
     axes[2].set_ylim(-0.02, 1.02)
     axes[2].set_xlabel("generation")
-    figure.savefig(out)
+    outputs.write_figure(out, figure)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from mjxwalk import cli, runs, walkers
+from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.cli.parsing import Seed
 from mjxwalk.runs import config, study
 
@@ -45,6 +45,8 @@ class ReilTable:
         """
         if not self.sources:
             raise runs.RunError("no runs were named")
+        if self.csv is not None:
+            outputs.check(self.csv, "--csv")
         if self.starts < 0:
             raise runs.RunError(f"--starts must not be negative, got {self.starts}")
         phases = [_phases(source) for source in self.sources]
@@ -68,11 +70,8 @@ class ReilTable:
         means = ", ".join(f"{name} {held[name].mean():.2f}" for name in ("drift m", *_GAIT))
         print(f"; on average of these {means}" if len(held) else "")
         if self.csv is not None:
-            try:
-                table.to_csv(self.csv, index=False)
-            except OSError as error:
-                raise runs.RunError(f"{self.csv} could not be written: {error}") from None
-            print(self.csv)
+            outputs.write(self.csv, table.to_csv(index=False).encode())
+            outputs.tell(self.csv)
 
     def _row(self, source: str) -> dict[str, Any]:
         import jax

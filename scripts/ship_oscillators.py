@@ -4,7 +4,7 @@ import dataclasses
 import os
 import sys
 
-from mjxwalk import cli
+from mjxwalk import cli, outputs
 from mjxwalk.cli.parsing import OutPath, RunFolder
 
 SETTLING_CYCLES = 100
@@ -35,7 +35,6 @@ class ShipOscillators:
         from mjxwalk.analysis import fits
         from mjxwalk.controllers.rayleigh_walker import FITTED_PATH, Fitted
         from mjxwalk.experiments import repeating
-        from mjxwalk.runs import files
 
         best = walkers.best(self.run_folder)
         state = fits.settled_state(best.experiment, best.genotype, SETTLING_CYCLES)
@@ -49,8 +48,8 @@ class ShipOscillators:
         )
         path = self.out or FITTED_PATH
         text = msgspec.json.format(msgspec.json.encode(fitted), indent=1)
-        files.replace(path, text + b"\n")
-        print(path)
+        outputs.write(path, text + b"\n")
+        outputs.tell(path)
         return 0
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from mjxwalk import cli, runs, walkers
+from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.cli.parsing import OptionalFloat, Seed
 
 Sources = tyro.conf.Positional[tuple[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")], ...]]
@@ -42,6 +42,8 @@ class SpatialTable:
         """
         if not self.sources:
             raise runs.RunError("no runs were named")
+        if self.csv is not None:
+            outputs.check(self.csv, "--csv")
         if self.terrains < 1:
             raise runs.RunError(f"--terrains must be at least 1, got {self.terrains}")
         for source in self.sources:
@@ -54,11 +56,8 @@ class SpatialTable:
         table = pd.DataFrame([self._row(source) for source in self.sources])
         print(table.to_string(index=False, float_format=lambda value: f"{value:.3f}"))
         if self.csv is not None:
-            try:
-                table.to_csv(self.csv, index=False)
-            except OSError as error:
-                raise runs.RunError(f"{self.csv} could not be written: {error}") from None
-            print(self.csv)
+            outputs.write(self.csv, table.to_csv(index=False).encode())
+            outputs.tell(self.csv)
         return 0
 
     def _row(self, source: str) -> dict[str, Any]:

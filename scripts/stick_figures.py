@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mjxwalk import cli, runs, walkers
+from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.cli.parsing import Seed
 from mjxwalk.tournament.command import Source
 
@@ -47,12 +47,10 @@ class StickFigures:
                 f"{self.interval}, {self.start} and {self.duration}"
             )
         walkers.check(self.source)
+        outputs.check(self.out)
         figure = self._draw(walkers.best(self.source))
-        try:
-            figure.savefig(self.out, facecolor="white")
-        except (OSError, ValueError) as error:
-            raise runs.RunError(f"{self.out} could not be written: {error}") from None
-        print(self.out)
+        outputs.write_figure(self.out, figure, facecolor="white")
+        outputs.tell(self.out)
         return 0
 
     def _draw(self, walker: walkers.Walker) -> Any:

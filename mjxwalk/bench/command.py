@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from mjxwalk import outputs
 from mjxwalk.errors import RunError
 
 
@@ -34,7 +35,7 @@ class Bench:
           RunError: the file cannot be written; found out before anything is measured.
         """
         if self.json is not None:
-            check_writable(self.json)
+            outputs.check(self.json, "--json")
         if self.subject == "strategies":
             return self._compare_strategies()
         from mjxwalk import engines
@@ -46,7 +47,7 @@ class Bench:
         sizes = measuring.QUICK if self.quick else measuring.FULL
         measured = measuring.measure(dataclasses.replace(sizes, xla=self.xla), _say)
         if self.json is not None:
-            write(self.json, results.as_json(measured))
+            outputs.write(self.json, as_json(results.as_json(measured)))
         showing.show(measured)
         wrote = "" if self.json is None else f", wrote {self.json}"
         _say(f"took {time.perf_counter() - started:.0f} s{wrote}")
@@ -62,43 +63,15 @@ class Bench:
                 f"comparing strategies needs evosax, pip install evosax: {error}"
             ) from None
         if self.json is not None:
-            write(self.json, numbers)
+            outputs.write(self.json, as_json(numbers))
         return 0
 
 
-def check_writable(path: Path) -> None:
-    """Finds out whether a file could be written, and leaves it as it was.
-
-    Raises:
-      RunError: it could not.
-    """
-    was_there = path.exists()
-    try:
-        with path.open("ab"):
-            pass
-        if not was_there:
-            path.unlink()
-    except OSError as error:
-        raise _refusal(path, error) from None
-
-
-def write(path: Path, data: dict[str, Any]) -> None:
-    """Writes data as JSON.
-
-    Raises:
-      RunError: the disk is full, or the file cannot be written.
-    """
+def as_json(data: dict[str, Any]) -> bytes:
+    """Returns the content of a JSON file."""
     import msgspec
 
-    try:
-        path.write_bytes(msgspec.json.format(msgspec.json.encode(data), indent=2) + b"\n")
-    except OSError as error:
-        raise _refusal(path, error) from None
-
-
-def _refusal(path: Path, error: OSError) -> RunError:
-    why = (error.strerror or str(error)).lower()
-    return RunError(f"--json {path} cannot be written: {why}")
+    return msgspec.json.format(msgspec.json.encode(data), indent=2) + b"\n"
 
 
 def _say(text: str) -> None:

@@ -2,12 +2,12 @@
 
 import dataclasses
 import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from mjxwalk import outputs
 from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament.command import Source
@@ -65,16 +65,16 @@ class Export:
         self._check_out(out)
         from mjxwalk import engines, walkers
         from mjxwalk.fitting import Fitting
-        from mjxwalk.runs import files
 
         engines.prepare()
         walker = walkers.best(self.source)
         if isinstance(walker.experiment, Fitting) or not hasattr(walker.experiment, "controller"):
             raise RunError(f"{self.source} is no walker with body and controller to export")
         written = self._written(walker, out)
+        run = None if self.out or walkers.in_zoo(self.source) else Path(self.source)
         for path, content in written.items():
-            files.replace(path, content)
-            print(path)
+            outputs.write(path, content, run=run)
+            outputs.tell(path)
         return 0
 
     def _written(self, walker: "Walker", out: Path) -> dict[Path, bytes]:
@@ -100,8 +100,9 @@ class Export:
             "safetensors": controllers.as_safetensors,
             "onnx": controllers.as_onnx,
         }[self.to]
-        told = controllers.told(walker)
-        return {out: make(walker), out.with_suffix(".json"): told}
+        if outputs.is_stream(out):  # beside which no file belongs
+            return {out: make(walker)}
+        return {out: make(walker), out.with_suffix(".json"): controllers.told(walker)}
 
     def _check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""
@@ -130,9 +131,4 @@ class Export:
     def _check_out(self, out: Path) -> None:
         if self.to in CONTROLLERS and out.suffix == ".json":
             raise RunError(f"--out {out} would be replaced by the JSON file beside it")
-        if out.is_dir():
-            raise RunError(f"--out {out} is a folder; name a file in it")
-        if not out.parent.is_dir():
-            raise RunError(f"--out {out} is in no folder that is there; make {out.parent} first")
-        if not os.access(out if out.exists() else out.parent, os.W_OK):
-            raise RunError(f"--out {out} cannot be written: permission denied")
+        outputs.check(out)

@@ -6,6 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import tyro
 
+from mjxwalk import outputs
 from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament.command import Source
@@ -51,7 +52,6 @@ class Verify:
         """
         self._check()
         from mjxwalk import engines, walkers
-        from mjxwalk.runs import files
         from mjxwalk.tournament.results import as_json
         from mjxwalk.verify import comparing, showing
 
@@ -70,14 +70,13 @@ class Verify:
             raise RunError(str(error)) from None
         showing.show(agreement)
         if self.json is not None:
-            files.replace(self.json, as_json(agreement))
+            outputs.write(self.json, as_json(agreement))
             _say(f"wrote {self.json}")
         return 0 if agreement.agrees else DISAGREES
 
     def _check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""
         from mjxwalk import walkers
-        from mjxwalk.bench.command import check_writable
 
         if self.terrains < 1:
             raise RunError(f"--terrains must be at least 1, got {self.terrains}")
@@ -85,7 +84,7 @@ class Verify:
             raise RunError(f"--roughness must not be negative, got {self.roughness}")
         walkers.check(self.source)
         if self.json is not None:
-            check_writable(self.json)
+            outputs.check(self.json, "--json")
 
     def _engine(self) -> str:
         """Returns the engine to compare with."""

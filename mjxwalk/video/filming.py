@@ -2,7 +2,7 @@
 
 import contextlib
 import dataclasses
-import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import jax
 import numpy as np
 from jaxtyping import UInt8
 
-from mjxwalk import replay
+from mjxwalk import outputs, replay
 from mjxwalk.envs import Flame, Terrain
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
@@ -65,12 +65,7 @@ def check(path: Path) -> None:
     """
     if path.suffix.lower() not in ENDINGS:
         raise RunError(f"--video must end in {' or '.join(ENDINGS)}, got {path}")
-    if path.is_dir():
-        raise RunError(f"--video {path} is a folder; name a file in it")
-    if not path.parent.is_dir():
-        raise RunError(f"--video {path} is in no folder that is there; make {path.parent} first")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise RunError(f"--video {path} cannot be written: permission denied")
+    outputs.check(path, "--video")
     if path.suffix.lower() == ".mp4":
         extras.load("imageio_ffmpeg", "video", "a video as mp4")
     offscreen.library()
@@ -90,15 +85,16 @@ def film(shot: Shot, path: Path, *, size: tuple[int, int] = (960, 540)) -> None:
     check(path)
     frames_per_second = ENDINGS[path.suffix.lower()]
     pictures = draw(shot, frames_per_second, size)
-    unfinished = path.with_name(f".partial-{path.name}")  # ffmpeg goes by the ending
     write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
     try:
-        write(unfinished, pictures, frames_per_second, size)
-        unfinished.replace(path)
+        # Elsewhere first: ffmpeg goes back in what it writes, which a pipe does not.
+        with tempfile.TemporaryDirectory(prefix="mjxwalk-") as place:
+            unfinished = Path(place, f"film{path.suffix.lower()}")
+            write(unfinished, pictures, frames_per_second, size)
+            content = unfinished.read_bytes()
     except OSError as error:
         raise RunError(f"{path} could not be written: {files.describe(error)}") from None
-    finally:
-        unfinished.unlink(missing_ok=True)
+    outputs.write(path, content)
 
 
 def draw(shot: Shot, frames_per_second: float, size: tuple[int, int]) -> Iterator[Picture]:

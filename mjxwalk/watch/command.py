@@ -2,12 +2,12 @@
 
 import dataclasses
 import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from mjxwalk import outputs
 from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament.command import Source
@@ -65,9 +65,8 @@ class Watch:
         if self.video is not None or self.viewer:
             return self._draw()
         out = self.out or self._default()
-        _check_writable(out)
+        outputs.check(out)
         from mjxwalk import engines
-        from mjxwalk.runs import files
         from mjxwalk.watch import page, recording
         from mjxwalk.watch.recording import Trial
 
@@ -76,10 +75,11 @@ class Watch:
         show, series = recording.perform(
             cast, Trial(terrain_seed=self.terrain_seed, seconds=self.seconds)
         )
-        files.replace(out, page.render(show, series).encode())
+        run = Path(self.source) if self._is_in_run() else None
+        outputs.write(out, page.render(show, series).encode(), run=run)
         for walker in show.walkers:
             print(f"{walker.label}: {walker.figures.distance_m:.1f} m, {walker.why}")
-        print(out)
+        outputs.tell(out)
         if self.open:
             import webbrowser
 
@@ -139,10 +139,16 @@ class Watch:
         )
         if self.video is not None:
             video.film(shot, self.video)
-            print(self.video)
+            outputs.tell(self.video)
         if self.viewer:
             video.view(shot)
         return 0
+
+    def _is_in_run(self) -> bool:
+        """Returns whether the page is one of the run's files, and not one that the user named."""
+        from mjxwalk import walkers
+
+        return self.out is None and not walkers.in_zoo(self.source)
 
     def _default(self) -> Path:
         from mjxwalk import walkers
@@ -169,18 +175,3 @@ class Watch:
         if self.roughness is not None:
             experiment = override(experiment, "env.terrain.roughness", str(self.roughness))
         return dataclasses.replace(cast, experiment=experiment)
-
-
-def _check_writable(path: Path) -> None:
-    """Finds out whether a file could be written, and leaves it as it was.
-
-    Raises:
-      RunError: it could not.
-    """
-    folder = path.parent
-    if path.is_dir():
-        raise RunError(f"--out {path} is a folder; name a file in it")
-    if not folder.is_dir():
-        raise RunError(f"--out {path} is in no folder that is there; make {folder} first")
-    if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
-        raise RunError(f"--out {path} cannot be written: permission denied")

@@ -29,7 +29,10 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Sizes]:
 
 @pytest.mark.parametrize(
     ("path", "why"),
-    [("nowhere/b.json", "no such file or directory"), (".", "is a directory")],
+    [
+        ("nowhere/b.json", "is in no folder that is there; make nowhere first"),
+        (".", "is a folder; name a file in it"),
+    ],
 )
 def test_a_file_that_cannot_be_written_is_refused_before_measuring(
     path: str,
@@ -43,7 +46,7 @@ def test_a_file_that_cannot_be_written_is_refused_before_measuring(
     assert main(["bench", "--json", path]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert captured.err == f"mjxwalk: --json {path} cannot be written: {why}\n"
+    assert captured.err == f"mjxwalk: --json {path} {why}\n"
     assert not asked
     assert not list(tmp_path.iterdir())
 
