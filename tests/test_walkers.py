@@ -9,7 +9,8 @@ import toy
 
 from mjxwalk import cli, runs, tournament, walkers
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, folder
+from mjxwalk.runs import config, folder, result
+from mjxwalk.runs.npz import npz
 from mjxwalk.runs.result import CHAMPION_FILE, FILE
 from mjxwalk.tournament import Tournament, results
 
@@ -102,6 +103,12 @@ def test_a_source_without_walkers_is_one_sentence(source: str) -> None:
 
 
 def test_weights_of_another_experiment_are_refused() -> None:
-    np.savez(Path("a", CHAMPION_FILE), gain=np.zeros((3, 3), np.float32), bias=np.float32(0))
+    weights = {"gain": np.zeros((3, 3), np.float32), "bias": np.zeros((), np.float32)}
+    Path("a", CHAMPION_FILE).write_bytes(npz(weights))
+    with pytest.raises(RunError, match="champion.npz is not the file that its run wrote"):
+        walkers.best("a")
+    finished = result.read(Path("a"))
+    assert finished is not None
+    result.write(Path("a"), finished, weights)
     with pytest.raises(RunError, match="a holds walkers of another experiment: gain must be"):
         walkers.best("a")

@@ -75,7 +75,7 @@ def evolve(
         state = _begin(path, evolution, config, reporter)
         state = state if share is None else share(state)
         checkpoints = stack.enter_context(
-            Checkpoints(path / folder.CHECKPOINTS, keep=config.keep, before=(path / metrics.FILE,))
+            Checkpoints(path / folder.CHECKPOINTS, keep=config.keep, before=(metrics.FILE,))
         )
         checkpoints.discard_after(int(state.generation))
         try:

@@ -49,6 +49,8 @@ class Report:
         from mjxwalk import engines
         from mjxwalk.report import building, page
 
+        folder, inside = self._place()
+        page.prepare(folder, inside)
         engines.prepare()
         try:
             built = building.build(
@@ -60,14 +62,15 @@ class Report:
             )
         except ValueError as error:
             raise RunError(str(error)) from None
-        out = self.out or self._default()
-        page.prepare(out)
-        for path in page.write(out, built):
+        for path in page.write(folder, built, inside):
             print(path)
         return 0
 
-    def _default(self) -> Path:
-        return self.run_folders[0] / FOLDER if len(self.run_folders) == 1 else Path(FOLDER)
+    def _place(self) -> tuple[Path, str]:
+        """Returns the folder that the user named, and the page's folder in it, "" for itself."""
+        if self.out is None and len(self.run_folders) == 1:
+            return self.run_folders[0], FOLDER
+        return self.out or Path(FOLDER), ""
 
 
 def _check(paths: Sequence[Path]) -> None:

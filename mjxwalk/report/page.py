@@ -1,5 +1,6 @@
 """Writes a page as one HTML file, and a CSV file for each of its tables and figures beside it."""
 
+import os
 from pathlib import Path
 
 import jinja2
@@ -27,29 +28,41 @@ def render(page: Page) -> str:
     return template.render(page=page, version=mjxwalk.__version__, watch=watch)
 
 
-def prepare(folder: Path) -> None:
-    """Makes the folder.
+def prepare(folder: Path, inside: str = "") -> None:
+    """Makes the folder of a page.
+
+    Args:
+      folder: that the user named, of the page or of its run.
+      inside: folder in it that has the page; "" for none.
 
     Raises:
-      RunError: it cannot be made.
+      RunError: it cannot be made or written, or is a link in the run's folder.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"--out {folder} could not be made: {files.describe(error)}") from None
+    if inside:
+        files.make_folder(folder, inside)
+    files.check_writable(folder / inside, "; name another folder with --out")
 
 
-def write(folder: Path, page: Page) -> list[Path]:
+def write(folder: Path, page: Page, inside: str = "") -> list[Path]:
     """Writes the files into a folder that is there, and returns their paths, the page first.
+
+    Args:
+      folder: as in `prepare`.
+      page: what is written.
+      inside: as in `prepare`.
 
     Raises:
       RunError: a file cannot be written, for example because the disk is full.
     """
-    html = folder / FILE
-    paths = [html]
+    names = [FILE]
     for part in page.parts:
         if part.data is not None:
-            paths.append(folder / f"{part.name}.csv")
-            files.replace(paths[-1], part.data.to_csv(index=False, lineterminator="\n").encode())
-    files.replace(html, render(page).encode())
-    return paths
+            names.append(f"{part.name}.csv")
+            text = part.data.to_csv(index=False, lineterminator="\n")
+            files.replace(folder, os.path.join(inside, names[-1]), text.encode())
+    files.replace(folder, os.path.join(inside, FILE), render(page).encode())
+    return [folder / inside / name for name in names]

@@ -22,11 +22,14 @@ import msgspec
 import numpy.typing as npt
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files, layout, packing
+from mjxwalk.runs import files, layout, owner, packing
 from mjxwalk.runs.packing import Arrays, Index
 
-SCHEMA = 2  # of the layout; raise it whenever an older reader would misread a newer one
-COMPRESSED = 1  # the version before, with an array for each type, which is read as well
+SCHEMA = 3  # of the layout; raise it whenever an older reader would misread a newer one
+# Older versions, which are read as well. The first had an array for each type; neither named its
+# run.
+COMPRESSED = 1
+UNNAMED = 2
 MOST_METADATA = 1 << 24  # bytes, ours: an index of fifty arrays takes a few kilobytes
 
 
@@ -46,14 +49,14 @@ class Checkpoints:
     """
 
     def __init__(
-        self, folder: Path, *, keep: int | None = None, before: Sequence[Path] = ()
+        self, folder: Path, *, keep: int | None = None, before: Sequence[str] = ()
     ) -> None:
         """Makes no file yet.
 
         Args:
-          folder: made at the first save.
+          folder: in that of the run; made at the first save.
           keep: newest generations that stay; None is all.
-          before: files that must be on the disk before a checkpoint that follows them counts.
+          before: files of the run that must be on the disk before a checkpoint counts.
         """
         self._folder = folder
         self._keep = keep
@@ -102,21 +105,25 @@ class Checkpoints:
                 _remove(path)
 
     def _write(self, generation: int, arrays: Arrays) -> None:
-        target = self._folder.resolve() / str(generation)
-        if target.exists():  # saved just before Ctrl-C, and asked for again after it
+        if (
+            self._folder / str(generation)
+        ).exists():  # saved just before Ctrl-C, and again after it
             return
-        unfinished = target.with_name(files.partial(target.name))
+        run, place = self._folder.parent, self._folder.name
+        unfinished = f"{place}/{files.partial(str(generation))}"
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            files.make_folder(run, place)
             content, entries = packing.pack(arrays)
-            digest = packing.digest(generation, entries, content.data)
-            index = Index(schema=SCHEMA, generation=generation, entries=entries, digest=digest)
-            for path in self._before:
-                files.sync(path)
-            shutil.rmtree(unfinished, ignore_errors=True)
-            layout.fill(unfinished, content, index)
-            unfinished.replace(target)
-            files.sync(target.parent)
+            named = owner.of(run).digest
+            digest = packing.digest(generation, entries, content.data, named)
+            index = Index(
+                schema=SCHEMA, generation=generation, entries=entries, digest=digest, run=named
+            )
+            for name in self._before:
+                files.sync(run, name)
+            files.remove(run, unfinished)
+            layout.fill(run, unfinished, content, index)
+            files.rename_folder(run, unfinished, str(generation))
             self._prune()
         except Exception as error:  # tensorstore raises ValueError where the system has OSError
             self.discard_after(generation - 1)
@@ -148,6 +155,7 @@ def restore(folder: Path, generation: int) -> dict[str, npt.NDArray[Any]]:
         index = _read_index(path)
         if index.generation != generation:
             raise ValueError(f"it is of generation {index.generation}")
+        owner.of(folder.parent).check(path, index.run)
         is_compressed = index.schema == COMPRESSED
         return _restore_compressed(path, index) if is_compressed else _restore(path, index)
     except OtherVersion:
@@ -178,10 +186,10 @@ def restore_newest(
 
 def _read_index(path: Path) -> Index:
     _check_plain(path)
-    raw = files.read(path / layout.METADATA, MOST_METADATA)
+    raw = _read(path, layout.METADATA, MOST_METADATA)
     told = msgspec.json.decode(raw, type=_Metadata).custom_metadata
     schema = told.get("schema")
-    if isinstance(schema, int) and schema not in (COMPRESSED, SCHEMA):
+    if isinstance(schema, int) and schema not in (COMPRESSED, UNNAMED, SCHEMA):
         raise OtherVersion(
             f"checkpoint {path} has layout version {schema} and this mjxwalk reads version "
             f"{SCHEMA}; use the version of mjxwalk that wrote it"
@@ -191,13 +199,20 @@ def _read_index(path: Path) -> Index:
 
 def _restore(path: Path, index: Index) -> dict[str, npt.NDArray[Any]]:
     wanted = packing.total(index.entries)
-    stored = (path / layout.CONTENT).stat().st_size
-    if stored != wanted:
-        raise ValueError(f"it holds {stored} bytes where the index has {wanted}")
-    content = files.read(path / layout.CONTENT, wanted)
-    if packing.digest(index.generation, index.entries, content) != index.digest:
+    content = _read(path, layout.CONTENT, wanted)
+    if len(content) != wanted:
+        raise ValueError(f"it holds {len(content)} bytes where the index has {wanted}")
+    if packing.digest(index.generation, index.entries, content, index.run) != index.digest:
         raise ValueError("its contents do not match their digest")
     return packing.unpack(content, index.entries)
+
+
+def _read(path: Path, name: str, most: int) -> bytes:
+    """Returns a file of the checkpoint at a path."""
+    content = files.read_inside(path.parents[1], f"{path.parent.name}/{path.name}/{name}", most)
+    if content is None:
+        raise ValueError(f"it has no {name}")
+    return content
 
 
 def _restore_compressed(path: Path, index: Index) -> dict[str, npt.NDArray[Any]]:

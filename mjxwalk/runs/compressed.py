@@ -69,13 +69,20 @@ def _totals(entries: Sequence[Entry]) -> dict[str, int]:
 def _check_sizes(path: Path, totals: dict[str, int]) -> None:
     """Refuses arrays that do not fit the index, before anything is allocated for them."""
     for name, total in totals.items():
-        header = msgspec.json.decode(files.read(path / name / ".zarray"), type=_Zarr)
+        header = msgspec.json.decode(_file(path, f"{name}/.zarray"), type=_Zarr)
         dtype = packing.dtype(name)
         one_chunk = header.shape == header.chunks == (total,) and header.order == "C"
         if not one_chunk or header.dtype != cast("str", dtype.str):
             raise ValueError(f"{name} holds {header.shape} numbers where the index has {total}")
-        if _frame_size(files.read(path / name / "0")) != total * dtype.itemsize:
+        if _frame_size(_file(path, f"{name}/0")) != total * dtype.itemsize:
             raise ValueError(f"{name} would not come out of its compression as it went in")
+
+
+def _file(path: Path, name: str) -> bytes:
+    content = files.read_inside(path, name)
+    if content is None:
+        raise ValueError(f"it has no {name}")
+    return content
 
 
 def _frame_size(content: bytes) -> int | None:

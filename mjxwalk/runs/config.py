@@ -11,8 +11,11 @@ from mjxwalk.errors import RunError
 from mjxwalk.runs import files, sealing
 
 FILE = "config.json"
-SCHEMA = 2  # of this file; raise it when a setting changes its meaning
-UNSEALED = 1  # the version before, which had no digest and is read as well
+SCHEMA = 3  # of this file; raise it when a setting changes its meaning
+# Older versions, which are read as well. The first had no digest; the files of a run that either
+# began do not name their run (see `mjxwalk.runs.owner`).
+UNSEALED = 1
+UNNAMED = (UNSEALED, 2)
 
 # ours: enough to fall back on when the newest is damaged. A run of thousands of generations that
 # keeps all takes gigabytes, and the last 50 elites are in every checkpoint anyway.
@@ -82,27 +85,40 @@ class _File(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     keep: int | None
     save_every: int
     origin: Origin | None = None
+    start: str | None = None
     experiment: dict[str, Any]
 
 
-def write(folder: Path, config: Config) -> None:
+def write(folder: Path, config: Config, start: str | None = None) -> None:
     """Writes `config.json`.
+
+    Args:
+      folder: of the run.
+      config: its settings.
+      start: digest of its `start.npz`, None where it has none.
 
     Raises:
       RunError: the settings would not read back as they are.
     """
-    content = text(config)
+    try:
+        content = text(config, start)
+    except UnicodeEncodeError:
+        raise RunError(
+            f"experiment {config.experiment.name} has a setting that is no text"
+        ) from None
+    if len(content) > files.MOST_JSON:
+        raise RunError(f"the settings take {len(content)} bytes, more than {files.MOST_JSON}")
     if not _reads_back(content, config):
         raise RunError(
             f"experiment {config.experiment.name} has a setting that JSON cannot hold, so the run "
             "could not be repeated; use finite numbers, texts, lists and tables"
         )
-    files.replace(folder / FILE, content)
+    files.replace(folder, FILE, content)
 
 
-def text(config: Config) -> bytes:
-    """Returns the content of `config.json`."""
-    return sealing.sealed(_to_file(config))
+def text(config: Config, start: str | None = None) -> bytes:
+    """Returns the content of `config.json`; the arguments are those of `write`."""
+    return sealing.sealed(_to_file(config, start))
 
 
 def read_data(folder: Path) -> dict[str, Any]:
@@ -114,8 +130,17 @@ def read_data(folder: Path) -> dict[str, Any]:
     file, content = _read_file(folder)
     _check(folder / FILE, file, content)
     data = msgspec.to_builtins(file)
-    del data[sealing.DIGEST]
+    del data[sealing.DIGEST], data["start"]
     return data
+
+
+def start_digest(folder: Path) -> str | None:
+    """Returns the digest that a run's `start.npz` must have; older versions noted none.
+
+    Raises:
+      RunError: the folder holds no run, or the file is not what a run writes.
+    """
+    return _read_file(folder)[0].start
 
 
 def read(folder: Path) -> Config:
@@ -141,16 +166,13 @@ def _check(path: Path, file: _File, content: bytes) -> None:
 
 def _read_file(folder: Path) -> tuple[_File, bytes]:
     path = folder / FILE
-    if not path.is_file():
+    raw = files.read_inside(folder, FILE, files.MOST_JSON)
+    if raw is None:
         raise RunError(f"{folder} is no run: it has no {FILE}")
-    raw = files.read(path)
-    try:
-        schema = msgspec.json.decode(raw, type=dict[str, Any]).get("schema")
-        if isinstance(schema, int) and schema not in (UNSEALED, SCHEMA):
-            raise RunError(f"{path} has version {schema} and this mjxwalk reads version {SCHEMA}")
-        return msgspec.json.decode(raw, type=_File), raw
-    except files.MALFORMED as error:
-        raise RunError(f"{path} cannot be read: {error}") from None
+    schema = files.decode_table(path, raw).get("schema")
+    if isinstance(schema, int) and schema not in (*UNNAMED, SCHEMA):
+        raise RunError(f"{path} has version {schema} and this mjxwalk reads version {SCHEMA}")
+    return files.decode(path, raw, _File), raw
 
 
 def _reads_back(content: bytes, config: Config) -> bool:
@@ -160,7 +182,7 @@ def _reads_back(content: bytes, config: Config) -> bool:
         return False
 
 
-def _to_file(config: Config) -> _File:
+def _to_file(config: Config, start: str | None) -> _File:
     return _File(
         schema=SCHEMA,
         seed=config.seed,
@@ -168,6 +190,7 @@ def _to_file(config: Config) -> _File:
         keep=config.keep,
         save_every=config.save_every,
         origin=config.origin,
+        start=start,
         experiment=settings.to_data(config.experiment),
     )
 

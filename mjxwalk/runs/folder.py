@@ -62,9 +62,8 @@ def create(path: Path, settings: Config, given: Start | None = None) -> None:
         raise RunError(f"{path} could not be made: {files.describe(error)}") from error
     with locked(path):
         check_free(path)  # again: another process may have been as quick
-        if given is not None:
-            start.write(path, given)
-        config.write(path, settings)  # last: with it the folder holds a run
+        digest = None if given is None else start.write(path, given)
+        config.write(path, settings, digest)  # last: with it the folder holds a run
 
 
 def check_run(path: Path) -> None:

@@ -32,16 +32,18 @@ def _is_news(record: logging.LogRecord) -> bool:
 logging.getLogger("absl").addFilter(_is_news)
 
 
-def fill(folder: Path, content: npt.NDArray[np.uint8], told: object) -> None:
+def fill(folder: Path, name: str, content: npt.NDArray[np.uint8], told: object) -> None:
     """Makes a checkpoint in a new folder, and returns when all of it is on the disk.
 
     Args:
-      folder: to make.
+      folder: of the run.
+      name: of the checkpoint's folder in it, which is made.
       content: of the array.
       told: what the checkpoint says of itself, besides what Orbax does.
 
     Raises:
-      OSError: the disk is full, or the folder cannot be made.
+      OSError: the disk is full, or a file is there.
+      RunError: the folder cannot be made, or a link is in the way.
     """
     around = example()
     now = time.time_ns()
@@ -56,16 +58,13 @@ def fill(folder: Path, content: npt.NDArray[np.uint8], told: object) -> None:
         ),
         CONTENT: content.data,
     }
-    folders = {folder / Path(name).parent for name in written}
-    for each in sorted({folder, *folders}):
-        each.mkdir()
-    for name, data in written.items():
-        with (folder / name).open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
+    folders = {os.path.dirname(f"{name}/{inside}") for inside in written}
+    for each in sorted({name, *folders}):
+        files.make_folder(folder, each)
+    for inside, data in written.items():
+        files.create(folder, f"{name}/{inside}", data)
     for each in folders:
-        files.sync(each)
+        files.sync(folder, each)
 
 
 def _changed(text: bytes, **changes: object) -> bytes:

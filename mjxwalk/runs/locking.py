@@ -1,37 +1,41 @@
 """A folder that one process at a time works on, and that leads nowhere else."""
 
 import contextlib
+import errno
 import fcntl
+import functools
 import os
+import sys
 from collections.abc import Generator
 from pathlib import Path
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files
+from mjxwalk.runs import config, files, way
 
 LOCK_FILE = ".lock"
 CHECKPOINTS = "checkpoints"  # folder in a run's folder
+AROUND = ("study.json", "sweep.json")  # in a folder with runs in it; what writes them needs locks
+FLAGS = os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK
+# Of network and parallel file systems that were mounted without locks.
+WITHOUT_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)
 
 
 def check_links(path: Path) -> None:
-    """Returns if nothing in a run's folder is a link; the folder itself may be one.
+    """Raises RunError if anything in the folder of a run, a study or a sweep is a link.
 
-    What is written to a link lands wherever whoever made the folder wanted it.
-
-    Raises:
-      RunError: there is a link.
+    What is written to a link lands wherever whoever made the folder wanted it. The folder itself
+    may be a link, unless it is in a study or a sweep. Runs in the folder are looked at when their
+    turn comes.
     """
-    found = [each for place in (path, path / CHECKPOINTS) for each in _inside(place)]
-    for each in found:
-        if each.is_symlink():
-            raise RunError(
-                f"{each} is a link, which can lead out of the folder; put what it leads to in its "
-                "place"
-            )
-
-
-def _inside(path: Path) -> list[Path]:
-    return sorted(path.iterdir()) if path.is_dir() else []
+    if any((path.parent / name).exists() for name in AROUND):
+        way.check_no_link(path, way.lstat(path, None))
+    for place, folders, names in os.walk(path):
+        for name in sorted((*folders, *names)):
+            inside = Path(place, name)
+            way.check_no_link(inside, way.lstat(inside, None))
+        folders[:] = [
+            name for name in folders if not os.path.exists(Path(place, name, config.FILE))
+        ]
 
 
 @contextlib.contextmanager
@@ -44,7 +48,7 @@ def locked(path: Path) -> Generator[None]:
     check_links(path)
     try:
         # The file stays: removing it would let a third process lock a new one beside a second.
-        descriptor = os.open(path / LOCK_FILE, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+        descriptor = way.opened(path / LOCK_FILE, FLAGS | os.O_CREAT, None, path / LOCK_FILE)
     except OSError as error:
         raise RunError(f"{path} cannot be written: {files.describe(error)}") from error
     try:
@@ -58,23 +62,38 @@ def locked(path: Path) -> Generator[None]:
 def is_locked(path: Path) -> bool:
     """Returns whether a process is working in a folder."""
     try:
-        descriptor = os.open(path / LOCK_FILE, os.O_RDWR)
-    except OSError:
+        descriptor = way.opened(path / LOCK_FILE, FLAGS, None, path / LOCK_FILE)
+    except (OSError, RunError):
         return False
     try:
         return not is_free(descriptor, path)
+    except RunError:
+        return False
     finally:
         os.close(descriptor)
 
 
 def is_free(descriptor: int, path: Path) -> bool:
-    """Returns whether no other process has an open file's lock, which is then ours.
+    """Returns whether no other process has the lock; locks it, if the file system has locks.
 
-    It is so until the last process that inherited the file has closed it.
+    Raises:
+      RunError: the file system fails.
     """
-    del path
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
+    except OSError as error:
+        if error.errno not in WITHOUT_LOCKS:
+            raise RunError(f"{path} could not be locked: {files.describe(error)}") from error
+        _note_no_locks(path)
     return True
+
+
+@functools.cache  # a run is locked several times
+def _note_no_locks(path: Path) -> None:
+    print(
+        f"note: the file system of {path} has no locks; let no second process work on it",
+        file=sys.stderr,
+        flush=True,
+    )

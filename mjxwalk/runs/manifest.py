@@ -7,11 +7,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 import mjxwalk
-from mjxwalk.errors import RunError
-from mjxwalk.runs import files, sealing
+from mjxwalk.runs import files, owner, sealing
 
 FILE = "manifest.json"
 PACKAGES = (
@@ -50,7 +47,7 @@ def write(folder: Path, *, engine: str, why: str, devices: str) -> None:
         "cores": os.cpu_count(),
         "system": platform.platform(),
     }
-    files.replace(folder / FILE, sealing.sealed(data))
+    files.replace(folder, FILE, owner.sealed(folder, data))
 
 
 def versions() -> dict[str, str | None]:
@@ -97,19 +94,13 @@ def read(folder: Path) -> dict[str, Any]:
     """Returns the manifest of a run, {} if it was never written.
 
     Raises:
-      RunError: the file cannot be read, or was changed.
+      RunError: the file cannot be read, was changed, or is of another run.
     """
-    path = folder / FILE
-    if not path.exists():
+    content = owner.read(folder, FILE)
+    if content is None:
         return {}
-    content = files.read(path)
-    try:
-        data = msgspec.json.decode(content, type=dict[str, Any])
-    except files.MALFORMED as error:
-        raise RunError(f"{path} cannot be read: {error}") from None
-    sealing.check(path, content, needed=False)  # older versions wrote none
-    data.pop(sealing.DIGEST, None)
-    return data
+    data = files.decode_table(folder / FILE, content)
+    return {name: value for name, value in data.items() if name not in (sealing.DIGEST, owner.RUN)}
 
 
 def engine(folder: Path, otherwise: str) -> str:

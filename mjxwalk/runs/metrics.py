@@ -1,9 +1,12 @@
 """One line of figures for each generation, as the file `metrics.jsonl`.
 
-Each line ends with a checksum of what comes before it: the CRC-32 of the line without it.
+Each line names its run, and ends with a checksum of what comes before it: the CRC-32 of the line
+without it.
 """
 
+import io
 import zlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +14,11 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from mjxwalk.runs import files
+from mjxwalk.runs import files, owner
 
 FILE = "metrics.jsonl"
+RUN_LETTERS = 8  # of a run's digest in each line; ours: as many as of the checksum
+TAIL = 1 << 15  # bytes from the end of the figures: a dozen generations or more
 
 
 class Metrics(msgspec.Struct, frozen=True, kw_only=True):
@@ -64,7 +69,8 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class _Line(Metrics, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    crc: str | None = None  # older versions wrote none
+    run: str | None = None  # first letters of its digest; older versions wrote neither of these
+    crc: str | None = None
 
 
 def append(folder: Path, metrics: Metrics) -> None:
@@ -73,38 +79,67 @@ def append(folder: Path, metrics: Metrics) -> None:
     Raises:
       RunError: it cannot be written, for example because the disk is full.
     """
-    files.append_line(folder / FILE, _encoded(metrics))
+    files.append_line(folder, FILE, _encoded(metrics, _run(folder)))
 
 
 def read(folder: Path) -> list[Metrics]:
     """Returns the lines of a run up to the first that is cut short, as by a kill, or damaged.
 
     Raises:
-      RunError: the file cannot be read.
+      RunError: the file cannot be read, or is of another run.
     """
-    path = folder / FILE
     lines: list[Metrics] = []
-    for raw in files.read(path).split(b"\n")[:-1] if path.exists() else []:
-        line = _decoded(raw)
+    for line in _decoded(folder, io.BytesIO(files.read_inside(folder, FILE) or b"")):
         if line is None or line.generation != len(lines) + 1:
             break
         lines.append(line)
     return lines
 
 
-def _encoded(metrics: Metrics) -> bytes:
+def read_latest(folder: Path) -> list[Metrics]:
+    """Returns the last lines of a run that are whole; it is quick, however many there are.
+
+    Raises:
+      RunError: the file is of another run.
+    """
+    # The first is cut at its front, the last may be being written.
+    return [
+        line for line in _decoded(folder, io.BytesIO(files.read_end(folder, FILE, TAIL))) if line
+    ]
+
+
+def _run(folder: Path) -> str:
+    return owner.of(folder).digest[:RUN_LETTERS]
+
+
+def _encoded(metrics: Metrics, run: str | None) -> bytes:
     line = msgspec.json.encode(metrics)
+    if run:
+        line = line[:-1] + b',"run":"%s"}' % run.encode()
     return line[:-1] + b',"crc":"%08x"}' % zlib.crc32(line)
 
 
-def _decoded(raw: bytes) -> Metrics | None:
-    """Returns a line's figures, None if it is damaged."""
-    try:
-        line = msgspec.json.decode(raw, type=_Line)
-    except files.MALFORMED:
-        return None
-    metrics = Metrics(**{name: getattr(line, name) for name in Metrics.__struct_fields__})
-    return metrics if line.crc is None or raw == _encoded(metrics) else None
+def _decoded(folder: Path, raw_lines: Iterable[bytes]) -> Iterable[Metrics | None]:
+    """Yields the figures of each line, None for one that is damaged.
+
+    Raises:
+      RunError: a line is of another run.
+    """
+    run = owner.of(folder)
+    run = run._replace(digest=run.digest[:RUN_LETTERS])
+    for raw in raw_lines:
+        try:
+            line = msgspec.json.decode(raw, type=_Line)
+        except files.MALFORMED:
+            yield None
+            continue
+        metrics = Metrics(**{name: getattr(line, name) for name in Metrics.__struct_fields__})
+        is_whole = raw.endswith(b"\n") and (
+            line.crc is None or raw[:-1] == _encoded(metrics, line.run)
+        )
+        if is_whole:
+            run.check(folder / FILE, line.run)
+        yield metrics if is_whole else None
 
 
 def cut(folder: Path, generation: int) -> list[Metrics]:
@@ -114,8 +149,9 @@ def cut(folder: Path, generation: int) -> list[Metrics]:
       RunError: the file cannot be written.
     """
     kept = read(folder)[:generation]
-    content = b"".join(_encoded(line) + b"\n" for line in kept)
-    files.replace(folder / FILE, content)
+    run = _run(folder)
+    content = b"".join(_encoded(line, run) + b"\n" for line in kept)
+    files.replace(folder, FILE, content)
     return kept
 
 

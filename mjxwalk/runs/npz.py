@@ -34,12 +34,24 @@ def npz(arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
 
 
 def read_npz(path: Path) -> dict[str, npt.NDArray[Any]]:
+    """Returns the arrays of an npz file that the user named, or that ships with mjxwalk, by name.
+
+    Raises:
+      RunError: it cannot be read, is damaged, or holds what `npz` does not write.
+    """
+    return from_npz(path, files.read(path, MOST_BYTES))
+
+
+def from_npz(path: Path, content: bytes) -> dict[str, npt.NDArray[Any]]:
     """Returns the arrays of an npz file by name.
+
+    Args:
+      path: of the file, for the complaint.
+      content: of the file.
 
     Raises:
       RunError: it is damaged, or holds what `npz` does not write: compressed or other than numbers.
     """
-    content = files.read(path, MOST_BYTES)
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             members = archive.infolist()

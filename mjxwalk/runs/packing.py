@@ -32,6 +32,7 @@ class Index(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     generation: int
     entries: tuple[Entry, ...]
     digest: str
+    run: str | None = None
 
 
 def pack(arrays: Arrays) -> tuple[npt.NDArray[np.uint8], tuple[Entry, ...]]:
@@ -62,9 +63,12 @@ def unpack(content: bytes, entries: Sequence[Entry]) -> dict[str, npt.NDArray[An
     return arrays
 
 
-def digest(generation: int, entries: Sequence[Entry], content: bytes | memoryview) -> str:
-    """Returns what tells these arrays of this generation from any others."""
-    blake = hashlib.blake2b(msgspec.json.encode((generation, entries)), digest_size=16)
+def digest(
+    generation: int, entries: Sequence[Entry], content: bytes | memoryview, run: str | None
+) -> str:
+    """Returns what tells these arrays of this generation, of this run, from any others."""
+    told = (generation, entries) if run is None else (generation, entries, run)
+    blake = hashlib.blake2b(msgspec.json.encode(told), digest_size=16)
     blake.update(content)
     return blake.hexdigest()
 

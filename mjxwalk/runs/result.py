@@ -8,8 +8,8 @@ import msgspec
 import numpy.typing as npt
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files, sealing
-from mjxwalk.runs.npz import npz, read_npz
+from mjxwalk.runs import files, owner, sealing
+from mjxwalk.runs.npz import MOST_BYTES, from_npz, npz
 
 FILE = "result.json"
 CHAMPION_FILE = "champion.npz"
@@ -55,6 +55,8 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
 
 class _File(Result, frozen=True, kw_only=True, forbid_unknown_fields=True):
     digest: str | None = None
+    run: str | None = None
+    weights: str | None = None  # digest of the champion's file
 
 
 def write(folder: Path, result: Result, genotype: Mapping[str, npt.NDArray[Any]]) -> None:
@@ -63,25 +65,21 @@ def write(folder: Path, result: Result, genotype: Mapping[str, npt.NDArray[Any]]
     Raises:
       RunError: the files cannot be written, for example because the disk is full.
     """
-    files.replace(folder / CHAMPION_FILE, npz(genotype))
-    files.replace(folder / FILE, sealing.sealed(result))
+    weights = npz(genotype)
+    files.replace(folder, CHAMPION_FILE, weights)
+    told = {**msgspec.to_builtins(result), "weights": sealing.of_bytes(weights)}
+    files.replace(folder, FILE, owner.sealed(folder, told))
 
 
 def read(folder: Path) -> Result | None:
     """Returns the result of a finished run, None of one that is not.
 
     Raises:
-      RunError: the file is not what a run writes.
+      RunError: the file is not what a run writes, was changed, or is of another run.
     """
-    path = folder / FILE
-    if not path.exists():
+    file = _read(folder)
+    if file is None:
         return None
-    content = files.read(path)
-    try:
-        file = msgspec.json.decode(content, type=_File)
-        sealing.check(path, content, needed=False)  # older versions wrote none
-    except files.MALFORMED as error:
-        raise RunError(f"{path} cannot be read: {error}") from None
     return Result(
         champion=file.champion,
         generations=file.generations,
@@ -94,9 +92,17 @@ def read_genotype(folder: Path) -> dict[str, npt.NDArray[Any]]:
     """Returns the champion's weights by name.
 
     Raises:
-      RunError: there is none, or the file is damaged.
+      RunError: there is none, or the file is damaged or that of another result.
     """
-    path = folder / CHAMPION_FILE
-    if not path.exists():
+    content = files.read_inside(folder, CHAMPION_FILE, MOST_BYTES)
+    if content is None:
         raise RunError(f"{folder} has no champion yet: the run is not finished")
-    return read_npz(path)
+    file = _read(folder)
+    if file is not None and file.weights is not None:
+        owner.check_content(folder / CHAMPION_FILE, content, file.weights)
+    return from_npz(folder / CHAMPION_FILE, content)
+
+
+def _read(folder: Path) -> _File | None:
+    content = owner.read(folder, FILE)
+    return None if content is None else files.decode(folder / FILE, content, _File)

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files
-from mjxwalk.runs.npz import npz, read_npz
+from mjxwalk.runs import config, files, owner, sealing
+from mjxwalk.runs.npz import MOST_BYTES, from_npz, npz
 
 FILE = "start.npz"
 
@@ -29,8 +29,8 @@ class Start(NamedTuple):
     elite_fitness: npt.NDArray[Any]
 
 
-def write(folder: Path, start: Start) -> None:
-    """Writes `start.npz`.
+def write(folder: Path, start: Start) -> str:
+    """Writes `start.npz`, and returns its digest.
 
     Raises:
       RunError: it cannot be written, for example because the disk is full.
@@ -38,19 +38,24 @@ def write(folder: Path, start: Start) -> None:
     arrays: Arrays = {f"genotype.{name}": array for name, array in start.genotype.items()}
     arrays |= {f"strategy.{name}": array for name, array in start.strategy.items()}
     arrays["elite_fitness"] = start.elite_fitness
-    files.replace(folder / FILE, npz(arrays))
+    content = npz(arrays)
+    files.replace(folder, FILE, content)
+    return sealing.of_bytes(content)
 
 
 def read(folder: Path) -> Start:
     """Returns what the run in a folder starts from, the same bits that were written.
 
     Raises:
-      RunError: the file is missing or damaged.
+      RunError: the file is missing or damaged, or another than the run began with.
     """
-    path = folder / FILE
-    if not path.exists():
+    path, content = folder / FILE, files.read_inside(folder, FILE, MOST_BYTES)
+    if content is None:
         raise RunError(f"{folder} lacks {FILE}, which its run starts from")
-    arrays = read_npz(path)
+    expected = config.start_digest(folder)
+    if expected is not None:
+        owner.check_content(path, content, expected)
+    arrays = from_npz(path, content)
     if "elite_fitness" not in arrays:
         raise RunError(f"{path} is damaged (it has no elite_fitness)")
 

@@ -137,7 +137,7 @@ def create(path: Path, study: StudyConfig) -> None:
         raise RunError(f"{path} could not be made: {files.describe(error)}") from error
     with locked(path):
         check_free(path)  # again: another process may have been as quick
-        files.replace(path / FILE, text)
+        files.replace(path, FILE, text)
 
 
 def read(path: Path) -> StudyConfig:
@@ -147,15 +147,15 @@ def read(path: Path) -> StudyConfig:
       RunError: the folder holds none, or a setting is unknown, missing or of a wrong type.
     """
     file = path / FILE
-    raw = files.read(file)
+    raw = files.read_inside(path, FILE, files.MOST_JSON)
+    if raw is None:
+        raise RunError(f"{path} is no study: it has no {FILE}")
+    schema = files.decode_table(file, raw).get("schema")
+    if isinstance(schema, int) and schema not in (UNSEALED, SCHEMA):
+        raise RunError(f"{file} has version {schema} and this mjxwalk reads version {SCHEMA}")
+    data = files.decode(file, raw, _File)
     try:
-        schema = msgspec.json.decode(raw, type=dict[str, Any]).get("schema")
-        if isinstance(schema, int) and schema not in (UNSEALED, SCHEMA):
-            raise RunError(f"{file} has version {schema} and this mjxwalk reads version {SCHEMA}")
-        data = msgspec.json.decode(raw, type=_File)
         study = _from_file(data)
-    except files.MALFORMED as error:
-        raise RunError(f"{file} cannot be read: {error}") from None
     except (RunError, ValueError) as error:
         raise RunError(f"{file}: {error}") from None
     if data.schema != UNSEALED or data.digest is not None:

@@ -7,11 +7,12 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from io import FileIO
 from pathlib import Path
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import locking
+from mjxwalk.runs import files, locking
 from mjxwalk.sweep.plan import Resources
 
 # Tests put another in its place.
@@ -140,7 +141,7 @@ class Local:
         environment = {**os.environ, THREADS: str(len(slot.cores)), "PYTHONUNBUFFERED": "1"}
         if slot.gpu is not None:
             environment["CUDA_VISIBLE_DEVICES"] = slot.gpu
-        with job.log.open("ab") as log:
+        with open_log(job.log) as log:
             # The process has the log open as long as it lives, and the lock with it.
             if not locking.is_free(log.fileno(), job.log):
                 return None
@@ -216,6 +217,15 @@ def signalled(number: int, *, is_limited: bool) -> str:
     if number == signal.SIGABRT and is_limited:
         return f"{told}, as happens where --memory-per-run is too little"
     return told
+
+
+def open_log(path: Path) -> FileIO:
+    """Returns the file for what a run says, to add to.
+
+    Raises:
+      RunError: it cannot be written, or it or its folder is a link.
+    """
+    return files.open_append(path.parents[1], f"{path.parent.name}/{path.name}")
 
 
 def limit_memory(pid: int, gigabytes: float) -> None:

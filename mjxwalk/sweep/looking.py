@@ -1,16 +1,10 @@
 """How the runs of a sweep get on, read from their folders: nothing has to be told by them."""
 
-import os
 from pathlib import Path
 from typing import NamedTuple
 
-import msgspec
-
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, metrics, result
-from mjxwalk.runs.metrics import Metrics
-
-TAIL = 1 << 15  # bytes from the end of the figures: a dozen generations or more
 
 
 class Look(NamedTuple):
@@ -40,9 +34,9 @@ def look(path: Path) -> Look:
     try:
         total = int(config.read_data(path)["experiment"].get("generations", 0))
         finished = result.read(path)
+        lines = metrics.read_latest(path)
     except (RunError, TypeError, ValueError, AttributeError):
         return Look(is_begun=True)
-    lines = _latest(path / metrics.FILE)
     generation = lines[-1].generation if lines else 0
     if finished is not None:
         best = finished.champion.distance_m
@@ -57,21 +51,3 @@ def look(path: Path) -> Look:
         best_m=lines[-1].best_distance_m if lines else None,
         left_s=typical * (total - generation) if lines else None,
     )
-
-
-def _latest(path: Path) -> list[Metrics]:
-    """Returns the last lines of figures that are whole."""
-    try:
-        with path.open("rb") as file:
-            size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - TAIL))
-            raw = file.read(TAIL).split(b"\n")
-    except OSError:
-        return []
-    lines: list[Metrics] = []
-    for each in raw:
-        try:
-            lines.append(msgspec.json.decode(each, type=Metrics))
-        except (msgspec.DecodeError, UnicodeDecodeError):
-            continue  # cut at the front, or being written at the end
-    return lines

@@ -18,6 +18,7 @@ from mjxwalk.sweep.grid import arguments
 FILE = "sweep.json"
 LOGS = "logs"  # folder with what each run said
 SCHEMA = 1
+MOST_BYTES = 1 << 27  # ours: of a plan; the most runs, with a kilobyte of arguments each
 
 
 class PlannedRun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -103,7 +104,7 @@ def create(path: Path, plan: Plan) -> None:
             _check_same(path, plan)
             return
         data: dict[str, Any] = {"schema": SCHEMA, **msgspec.to_builtins(plan)}
-        files.replace(path / FILE, sealing.sealed(data))
+        files.replace(path, FILE, sealing.sealed(data))
 
 
 def _check_same(path: Path, plan: Plan) -> None:
@@ -122,15 +123,14 @@ def read(path: Path) -> Plan:
       RunError: the folder holds none, or it was changed or asks for what a sweep does not do.
     """
     file = path / FILE
-    content = files.read(file)
-    try:
-        schema = msgspec.json.decode(content, type=dict[str, Any]).get("schema")
-        if isinstance(schema, int) and schema != SCHEMA:
-            raise RunError(f"{file} has version {schema} and this mjxwalk reads version {SCHEMA}")
-        found = msgspec.json.decode(content, type=_File)
-        sealing.check(file, content, needed=True)
-    except files.MALFORMED as error:
-        raise RunError(f"{file} cannot be read: {error}") from None
+    content = files.read_inside(path, FILE, MOST_BYTES)
+    if content is None:
+        raise RunError(f"{path} is no sweep: it has no {FILE}")
+    schema = files.decode_table(file, content).get("schema")
+    if isinstance(schema, int) and schema != SCHEMA:
+        raise RunError(f"{file} has version {schema} and this mjxwalk reads version {SCHEMA}")
+    found = files.decode(file, content, _File)
+    sealing.check(file, content, needed=True)
     for run in found.runs:
         _check(file, run)
     return Plan(runs=found.runs, resources=found.resources)

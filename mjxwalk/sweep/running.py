@@ -77,7 +77,7 @@ def go_on(path: Path, plan: Plan, display: Display, stopping: Callable[[], bool]
             rows[name].state = "finished"
         if not left:
             return rows
-        (path / LOGS).mkdir(exist_ok=True)
+        files.make_folder(path, LOGS)
         executor = executors.make(plan.resources, len(left), path)
         try:
             display.start(path, executor.where, rows)
@@ -173,14 +173,8 @@ def _job(path: Path, run: PlannedRun) -> Job:
 
 def _last_line(log: Path) -> str:
     """Returns the last that a run said, which is the reason where it failed."""
-    try:
-        with log.open("rb") as file:
-            size = file.seek(0, 2)
-            file.seek(max(0, size - 4096))
-            lines = file.read(4096).decode(errors="replace").split("\n")
-    except OSError:
-        lines = []
-    spoken = [line.strip() for line in lines if line.strip()]
+    lines = files.read_end(log.parents[1], f"{LOGS}/{log.name}", 4096).decode(errors="replace")
+    spoken = [line.strip() for line in lines.split("\n") if line.strip()]
     return spoken[-1][:300].removeprefix("mjxwalk: ") if spoken else f"it said nothing; see {log}"
 
 

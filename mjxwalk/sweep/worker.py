@@ -1,6 +1,7 @@
 """Works on one run of a sweep in the process of a cluster, on whatever machine that is."""
 
 import contextlib
+import io
 import os
 import sys
 import time
@@ -35,7 +36,8 @@ def work(args: Sequence[str], path: str, log: str, cores: int, memory_gb: float 
         time.sleep(1.0)
     if (place / config.FILE).is_file():  # begun before: by a job that was cut short, say
         args = ("resume", path, *resuming(args))
-    with open(log, "a", buffering=1) as said:
+    log_file = io.BufferedWriter(executors.open_log(Path(log)))
+    with io.TextIOWrapper(log_file, line_buffering=True) as said:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             try:
                 return main(args)

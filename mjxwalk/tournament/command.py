@@ -1,11 +1,13 @@
 """The command `mjxwalk tournament`."""
 
 import dataclasses
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import tyro
 
+from mjxwalk import outputs
 from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament import TERRAINS
@@ -73,13 +75,15 @@ class HoldTournament:
     def _check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""
         from mjxwalk import walkers
-        from mjxwalk.bench.command import check_writable
+        from mjxwalk.runs import files
 
         if self.terrains < 1:
             raise RunError(f"--terrains must be at least 1, got {self.terrains}")
         walkers.check(self.source)
         if self.json is not None:
-            check_writable(self.json)
+            outputs.check(self.json, "--json")
+        elif not walkers.in_zoo(self.source) and self.roughness is None:
+            files.check_writable(Path(self.source), "; name a file for the figures with --json")
 
     def _on_ground(self, entrants: "Walkers") -> "Walkers":
         if self.roughness is None:
@@ -93,16 +97,18 @@ class HoldTournament:
 
     def _write(self, held: "Tournament", entrants: "Walkers", *, elsewhere: bool) -> None:
         from mjxwalk import tournament, walkers
-        from mjxwalk.runs import files
         from mjxwalk.tournament import results
 
         if self.json is not None:
-            files.replace(self.json, results.as_json(held))
+            outputs.write(self.json, results.as_json(held))
             _say(f"wrote {self.json}")
         if walkers.in_zoo(self.source):
             return
         if elsewhere:
             _say(f"{self.source} is left as it is: it evolved on ground of another roughness")
+            return
+        if self.json is not None and not os.access(self.source, os.W_OK):
+            _say(f"{self.source} is left as it is: it cannot be written")
             return
         winner = entrants.of_generation(held.winner_generation)
         tournament.write(Path(self.source), held, winner)

@@ -6,9 +6,9 @@ from typing import Any
 import msgspec
 import numpy.typing as npt
 
-from mjxwalk.runs import files
-from mjxwalk.runs.result import npz
-from mjxwalk.tournament import weights
+from mjxwalk.errors import RunError
+from mjxwalk.runs import files, owner, sealing
+from mjxwalk.runs.npz import MOST_BYTES, from_npz, npz
 
 FILE = "tournament.json"
 WINNER_FILE = "winner.npz"
@@ -76,16 +76,25 @@ class Tournament(msgspec.Struct, frozen=True, kw_only=True):
         return next((each for each in self.conditions if each.name == name), None)
 
 
+class _File(Tournament, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    digest: str | None = None
+    run: str | None = None
+    weights: str | None = None  # digest of the winner's file
+
+
 def write(folder: Path, tournament: Tournament, arrays: dict[str, npt.NDArray[Any]]) -> None:
     """Writes the winner's weights by name, then the figures.
 
     Raises:
       RunError: the files cannot be written, for example because the disk is full.
     """
+    weights = npz(arrays)
+    told = {**msgspec.to_builtins(tournament), "weights": sealing.of_bytes(weights)}
+    content = owner.sealed(folder, told)
     # Figures without their winner would be another's; between the two files there are none.
-    (folder / FILE).unlink(missing_ok=True)
-    files.replace(folder / WINNER_FILE, npz(arrays))
-    files.replace(folder / FILE, as_json(tournament))
+    files.remove(folder, FILE)
+    files.replace(folder, WINNER_FILE, weights)
+    files.replace(folder, FILE, content)
 
 
 def as_json(data: Any) -> bytes:
@@ -97,15 +106,29 @@ def read(folder: Path) -> Tournament | None:
     """Returns a run's tournament, None if none was held.
 
     Raises:
-      RunError: the file is not what a tournament writes.
+      RunError: the file is not what a tournament writes, was changed, or is of another run.
     """
-    return files.read_json(folder / FILE, Tournament)
+    file = _read(folder)
+    if file is None:
+        return None
+    return Tournament(**{name: getattr(file, name) for name in Tournament.__struct_fields__})
 
 
 def read_winner(folder: Path) -> dict[str, npt.NDArray[Any]]:
     """Returns the winner's weights by name.
 
     Raises:
-      RunError: there are none, or the file is damaged.
+      RunError: there are none, or the file is damaged or that of another tournament.
     """
-    return weights.read(folder / WINNER_FILE)
+    path, content = folder / WINNER_FILE, files.read_inside(folder, WINNER_FILE, MOST_BYTES)
+    if content is None:
+        raise RunError(f"{path} does not exist")
+    file = _read(folder)
+    if file is not None and file.weights is not None:
+        owner.check_content(path, content, file.weights)
+    return from_npz(path, content)
+
+
+def _read(folder: Path) -> _File | None:
+    content = owner.read(folder, FILE)
+    return None if content is None else files.decode(folder / FILE, content, _File)

@@ -6,10 +6,11 @@ from typing import Any
 import msgspec
 import numpy.typing as npt
 
+from mjxwalk import outputs
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, files
-from mjxwalk.runs.result import npz
-from mjxwalk.tournament import Tournament, weights
+from mjxwalk.runs.npz import npz, read_npz
+from mjxwalk.tournament import Tournament
 from mjxwalk.tournament.results import as_json
 from mjxwalk.walkers import ZOO, Walker
 
@@ -50,8 +51,8 @@ def write(
     Raises:
       RunError: a file cannot be written.
     """
-    files.replace(folder / f"{name}.npz", npz(arrays))
-    files.replace(folder / f"{name}.json", as_json(provenance))
+    outputs.write(folder / f"{name}.npz", npz(arrays))
+    outputs.write(folder / f"{name}.json", as_json(provenance))
 
 
 def read(folder: Path, name: str) -> Provenance:
@@ -61,10 +62,7 @@ def read(folder: Path, name: str) -> Provenance:
       RunError: the file cannot be read, or is of another version.
     """
     path = folder / f"{name}.json"
-    try:
-        provenance = msgspec.json.decode(files.read(path), type=Provenance)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise RunError(f"{path} cannot be read: {error}") from None
+    provenance = files.decode(path, files.read(path, files.MOST_JSON), Provenance)
     if provenance.schema != SCHEMA:
         raise RunError(
             f"{path} has version {provenance.schema} and this mjxwalk reads version {SCHEMA}"
@@ -86,7 +84,7 @@ def read_walker(folder: Path, name: str) -> Walker:
         experiment = config.experiment_of(provenance.experiment)
     except (RunError, ValueError) as error:
         raise RunError(f"{path}: {error}") from None
-    arrays = weights.read(folder / f"{name}.npz")
+    arrays = read_npz(folder / f"{name}.npz")
     try:
         genotype = unflatten(experiment.template(), arrays)
     except RunError as error:

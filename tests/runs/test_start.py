@@ -59,7 +59,7 @@ def begin(experiment: Any, given: Start | None, seed: int = 0) -> Any:
 def test_a_start_reads_back_to_the_same_bits(tmp_path: Path) -> None:
     fitness = np.array([1.0, np.nan], np.float32)
     written = Start({"a.b": np.ones(3)}, {"mask": np.array(True)}, fitness)
-    start.write(tmp_path, written)
+    folder.create(tmp_path, Config(experiment=TOY), written)
     read = start.read(tmp_path)
     np.testing.assert_equal(read, written)
     assert read.elite_fitness.tobytes() == fitness.tobytes()
@@ -68,9 +68,19 @@ def test_a_start_reads_back_to_the_same_bits(tmp_path: Path) -> None:
 def test_a_missing_or_damaged_start_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="lacks start.npz"):
         start.read(tmp_path)
+    folder.create(tmp_path, Config(experiment=TOY))
     (tmp_path / start.FILE).write_bytes(b"PK\x03\x04 and no more")
     with pytest.raises(RunError, match="start.npz is damaged"):
         start.read(tmp_path)
+
+
+def test_a_start_of_another_run_is_refused(tmp_path: Path) -> None:
+    for name, value in (("a", 1.0), ("b", 2.0)):
+        given = Start({"gain": np.full(3, value)}, {}, np.zeros(0))
+        folder.create(tmp_path / name, Config(experiment=TOY), given)
+    (tmp_path / "b" / start.FILE).replace(tmp_path / "a" / start.FILE)
+    with pytest.raises(RunError, match="start.npz is not the file that its run wrote"):
+        start.read(tmp_path / "a")
 
 
 def test_a_folder_that_a_killed_process_began_is_free(tmp_path: Path) -> None:

@@ -88,7 +88,7 @@ def test_on_other_ground_the_run_is_left_as_it_is(capfd: pytest.CaptureFixture[s
         (["a", "--roughness", "nan"], "--roughness must be a number, got 'nan'"),
         (["a", "--engine", "warp"], "invalid choice 'warp'"),
         (["a", "--engine", "lanes"], "engine must be one of auto, mjx, got 'lanes'"),
-        (["a", "--json", "no/x.json"], "--json no/x.json cannot be written"),
+        (["a", "--json", "no/x.json"], "--json no/x.json is in no folder that is there"),
     ],
 )
 def test_wrong_input_is_one_sentence_and_leaves_nothing(
@@ -106,7 +106,7 @@ def test_wrong_input_is_one_sentence_and_leaves_nothing(
 @pytest.mark.parametrize("content", [b"", b"{", b'{"entrants": "many"}', b"\xff"])
 def test_a_damaged_tournament_is_one_sentence_and_a_new_one_replaces_it(content: bytes) -> None:
     Path("a", results.FILE).write_bytes(content)
-    with pytest.raises(runs.RunError, match="cannot be read") as caught:
+    with pytest.raises(runs.RunError, match="cannot be read|was changed since") as caught:
         walkers.best("a")
     assert "\n" not in str(caught.value)
     assert main(["tournament", "a", "--terrains", "5"]) == 0
@@ -117,7 +117,7 @@ def test_a_damaged_winner_is_one_sentence() -> None:
     assert main(["tournament", "a", "--terrains", "5"]) == 0
     path = Path("a", WINNER_FILE)
     path.write_bytes(path.read_bytes()[:-30])
-    with pytest.raises(runs.RunError, match="winner.npz is damaged"):
+    with pytest.raises(runs.RunError, match="winner.npz is not the file that its run wrote"):
         walkers.best("a")
     path.unlink()
     with pytest.raises(runs.RunError, match="winner.npz does not exist"):
