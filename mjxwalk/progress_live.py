@@ -9,6 +9,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from mjxwalk import terminal
 from mjxwalk.progress import Clock, closing, duration, figures, opening
 from mjxwalk.runs import Config, Metrics, Result
 
@@ -17,7 +18,7 @@ class LiveProgress:
     """A bar and a table that stay in place while the run goes on."""
 
     def __init__(self, console: Console | None = None) -> None:
-        self._console = console or Console(highlight=False)
+        self._console = console or terminal.console()
         self._live: Live | None = None
         self._clock = Clock(0)
         self._total = 0
@@ -30,7 +31,7 @@ class LiveProgress:
         self._clock = Clock(self._total)
         self._experiment = config.experiment
         first, *rest = opening(path, config, evaluator)
-        self._console.print(first, style="bold", markup=False)
+        self._console.print(terminal.visible(first), style="bold", markup=False)
         for line in rest:
             self.say(line)
         waiting = Text("compiling and evaluating the first generation ...", style="dim")
@@ -47,7 +48,7 @@ class LiveProgress:
 
     def say(self, text: str) -> None:
         """Prints a sentence above the display."""
-        self._console.print(text, markup=False)
+        self._console.print(terminal.visible(text), markup=False)
 
     def close(self) -> None:
         """Leaves the last figures on the terminal."""
@@ -58,7 +59,9 @@ class LiveProgress:
     def finish(self, path: Path, config: Config, result: Result) -> None:
         """Prints the closing lines."""
         for number, line in enumerate(closing(path, config, result)):
-            self._console.print(line, style="bold" if number == 1 else "", markup=False)
+            self._console.print(
+                terminal.visible(line), style="bold" if number == 1 else "", markup=False
+            )
 
     def _render(self, line: Metrics) -> Group:
         bar = Table.grid(padding=(0, 1))

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
+from mjxwalk import terminal
 from mjxwalk.bench.bodies import BODIES, SAME_WORK
 from mjxwalk.bench.results import REFERENCE, Results, Speed
 from mjxwalk.progress import count
@@ -25,7 +26,7 @@ class Section(NamedTuple):
 def show(results: Results) -> None:
     """Prints the results."""
     if sys.stdout.isatty():
-        console = Console(highlight=False)
+        console = terminal.console()
         for section in sections(results):
             _show_table(console, section)
         return

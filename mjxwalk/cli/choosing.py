@@ -168,8 +168,9 @@ def _read_links(path: Path) -> str:
       RunError: the file cannot be read, or is no such table.
     """
     try:
-        table = msgspec.json.decode(files.read(path), type=dict[str, list[str]])
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        content = files.read(path, files.MOST_JSON)
+        table = msgspec.json.decode(content, type=dict[str, list[str]])
+    except files.MALFORMED as error:
         raise RunError(
             f"{path} must hold a table of inputs by network, such as "
             f'{{"torso": ["inter-leg"]}}: {error}'

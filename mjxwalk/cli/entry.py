@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 import mjxwalk
-from mjxwalk import own_process
+from mjxwalk import own_process, terminal
 from mjxwalk.cli.commands import COMMANDS, Command, overview
 from mjxwalk.errors import RunError, near
 
@@ -52,7 +52,8 @@ def run(program: str, command: type[Command], args: Sequence[str] | None = None)
     try:
         parsed = parse(program, command, sys.argv[1:] if args is None else args)
         _quieten()
-        return parsed.run()
+        with terminal.showing():
+            return parsed.run()
     except RunError as error:
         return _fail(program.split()[0], str(error))
     except KeyboardInterrupt:
@@ -65,7 +66,7 @@ def run(program: str, command: type[Command], args: Sequence[str] | None = None)
 
 def _fail(program: str, message: str) -> int:
     # However long the message of a library that it quotes, it is one line.
-    print(f"{program}: {' '.join(message.split())}", file=sys.stderr)
+    print(terminal.visible(f"{program}: {' '.join(message.split())}"), file=sys.stderr)
     return WRONG_INPUT
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 from pathlib import Path
 
-from mjxwalk import experiments
+from mjxwalk import experiments, terminal
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -80,6 +80,7 @@ def _describe(path: Path) -> tuple[str, ...] | None:
 
 
 def _print_table(rows: list[tuple[str, ...]]) -> None:
+    rows = [tuple(map(terminal.one_line, row)) for row in rows]
     widths = [max(map(len, column)) for column in zip(*[row[:-1] for row in rows], strict=False)]
     for row in rows:
         cells = [cell.ljust(width) for cell, width in zip(row[:-1], widths, strict=False)]

@@ -6,6 +6,8 @@ from typing import Any
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, files
 
+MOST_BYTES = files.MOST_JSON // 2  # as text in the settings, it takes somewhat more
+
 
 def check(path: Path) -> None:
     """Returns if there is such a file or run, whatever it holds; quick, as JAX is not imported.
@@ -34,7 +36,7 @@ def read(path: Path) -> str:
             raise RunError(f"--body {path} walks with a body of mjxwalk's own; leave --body out")
         return str(text)
     try:
-        return files.read(path).decode()
+        return files.read(path, MOST_BYTES).decode()
     except UnicodeDecodeError:
         raise RunError(f"--body {path} is no text; name an MJCF file, as XML in UTF-8") from None
 

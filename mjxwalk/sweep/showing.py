@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from mjxwalk import terminal
 from mjxwalk.progress import duration
 from mjxwalk.sweep.grid import combinations
 from mjxwalk.sweep.running import Display, Row
@@ -60,13 +61,14 @@ class LiveDisplay:
     """A table that stays in place."""
 
     def __init__(self, console: Console | None = None) -> None:
-        self._console = console or Console(highlight=False)
+        self._console = console or terminal.console()
         self._live: Live | None = None
         self._clock = Clock()
 
     def start(self, path: Path, where: str, rows: Mapping[str, Row]) -> None:
         """Opens the display."""
-        self._console.print(opening(path, where, rows), style="bold", markup=False, soft_wrap=True)
+        text = terminal.visible(opening(path, where, rows))
+        self._console.print(text, style="bold", markup=False, soft_wrap=True)
         self._live = Live(console=self._console, refresh_per_second=4)
         self._live.start()
 
@@ -78,7 +80,7 @@ class LiveDisplay:
     def say(self, text: str) -> None:
         """Prints a sentence above the table."""
         # Not broken where the terminal ends: what is to be typed is copied from there.
-        self._console.print(text, markup=False, soft_wrap=True)
+        self._console.print(terminal.visible(text), markup=False, soft_wrap=True)
 
     def close(self) -> None:
         """Leaves the last table on the terminal."""

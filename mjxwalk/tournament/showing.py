@@ -2,6 +2,7 @@
 
 import sys
 
+from mjxwalk import terminal
 from mjxwalk.tournament.results import (
     AS_EVOLVED,
     HALF_STEP,
@@ -139,7 +140,6 @@ def _number(value: float | None, digits: int) -> str:
 
 
 def _show_table(rows: list[tuple[str, ...]]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False)
@@ -147,4 +147,4 @@ def _show_table(rows: list[tuple[str, ...]]) -> None:
         table.add_column(column, justify="left" if place == 0 else "right")
     for row in rows:
         table.add_row(*row)
-    Console(highlight=False).print(table)
+    terminal.console().print(table)

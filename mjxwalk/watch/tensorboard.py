@@ -5,12 +5,14 @@ Not by tensorboardX's SummaryWriter: where its thread fails, the run would wait 
 
 import contextlib
 import importlib
+import secrets
 import time
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from mjxwalk.errors import RunError
 from mjxwalk.progress import Progress
 from mjxwalk.runs import Config, Metrics, Result, files
 
@@ -39,8 +41,9 @@ class TensorBoard:
             return
         try:
             self._write(self._path, line)
-        except OSError as error:
-            self._inner.say(f"no more figures for TensorBoard: {files.describe(error)}")
+        except (OSError, RunError) as error:
+            why = files.describe(error) if isinstance(error, OSError) else str(error)
+            self._inner.say(f"no more figures for TensorBoard: {why}")
             self._path = None
 
     def _write(self, path: Path, line: Metrics) -> None:
@@ -51,9 +54,11 @@ class TensorBoard:
         figures: Any = importlib.import_module("tensorboardX.proto.summary_pb2")
         step, now = line.generation, time.time()
         if self._writer is None:
-            path.mkdir(exist_ok=True)
+            files.make_folder(path.parent, FOLDER)
             # Absolute, since tensorboardX takes what is before a colon for a place in the cloud.
-            self._writer = EventsWriter(str(path.absolute() / "events"), f".{step}")
+            # Nobody can have put a link at a name that is drawn.
+            ending = f".{step}.{secrets.token_hex(8)}"
+            self._writer = EventsWriter(str(path.absolute() / "events"), ending)
             # TensorBoard drops what it has from this step on.
             start = events.SessionLog(status=events.SessionLog.START)
             self._writer.write_event(events.Event(step=step, wall_time=now, session_log=start))
