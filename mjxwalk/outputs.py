@@ -65,6 +65,15 @@ def write(path: Path, content: bytes, *, run: Path | None = None) -> None:
         raise RunError(f"{path} could not be written: {files.describe(error)}") from None
 
 
+def write_text(path: Path, text: str) -> None:
+    """Writes a file with text, such as a table; what is no UTF-8 in it is written as escapes.
+
+    Raises:
+      RunError: the disk is full, or the file cannot be written.
+    """
+    write(path, text.encode(errors="backslashreplace"))
+
+
 def write_figure(path: Path, figure: Any, **options: Any) -> None:
     """Writes a figure of matplotlib; the path's ending says which kind, png without one.
 

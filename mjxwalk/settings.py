@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get
 
 import msgspec
 
+from mjxwalk import depth
 from mjxwalk.errors import RunError, near
 
 T = TypeVar("T")
@@ -102,8 +103,9 @@ def _parse(settings: object, name: str, text: str, path: str) -> object:
 
 def _loose(text: str) -> object:
     try:
-        return msgspec.json.decode(text)
-    except msgspec.DecodeError:
+        value = msgspec.json.decode(text)
+        return text if depth.is_deep(value) else value
+    except (msgspec.DecodeError, RecursionError):
         pass
     try:
         return float(text)  # as people write it: .5

@@ -21,6 +21,11 @@ def visible(text: str) -> str:
     return OBEYED.sub(lambda found: ascii(found.group())[1:-1], text)
 
 
+def has_other_bytes(text: str) -> bool:
+    """Returns whether a text has bytes in it that are no UTF-8, as names of files may."""
+    return any("\ud800" <= letter <= "\udfff" for letter in text)
+
+
 def one_line(text: str) -> str:
     """Returns a text that is visible in one line, such as a name in a table."""
     return visible(text).replace("\n", "\\n").replace("\t", "\\t")

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Int
 
-from mjxwalk import runs
+from mjxwalk import runs, terminal
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, folder
 
@@ -116,7 +116,7 @@ def find(source: str | Path) -> Walkers:
         lambda leaf: jax.ShapeDtypeStruct((size, *leaf.shape), leaf.dtype), experiment.template()
     )
     return Walkers(
-        name=str(source),
+        name=terminal.one_line(str(source)),
         experiment=experiment,
         genotypes=_fitting(run.path, several, arrays),
         generations=generations[taken],
@@ -149,7 +149,7 @@ def best(source: str | Path) -> Walker:
         arrays, rank, generation = run.elite, "fittest", run.generation
     experiment = run.experiment()
     return Walker(
-        name=str(source),
+        name=terminal.one_line(str(source)),
         rank=rank,
         experiment=experiment,
         genotype=_fitting(run.path, experiment.template(), arrays),

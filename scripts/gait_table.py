@@ -68,7 +68,7 @@ class GaitTable:
         table = tables.table_5({source: [self._measure(source)] for source in self.sources})
         print(_shown(table).to_string())
         if self.csv is not None:
-            outputs.write(self.csv, table.to_csv().encode())
+            outputs.write_text(self.csv, table.to_csv())
             outputs.tell(self.csv)
         return 0
 

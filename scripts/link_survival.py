@@ -65,10 +65,10 @@ class LinkSurvival:
         from mjxwalk.analysis import links
 
         if self.csv is not None:
-            outputs.write(self.csv, counts.to_csv(index_label="input").encode())
+            outputs.write_text(self.csv, counts.to_csv(index_label="input"))
         if self.reduced is not None:
             text = json.dumps(links.as_setting(mask), indent=2) + "\n"
-            outputs.write(self.reduced, text.encode())
+            outputs.write_text(self.reduced, text)
         if self.figure is not None:
             from mjxwalk.analysis import figures
 

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mjxwalk import cli, outputs, runs
+from mjxwalk import cli, outputs, runs, terminal
 from mjxwalk.cli.parsing import RunFolder
 
 
@@ -31,7 +31,7 @@ class PlotFitness:
         metrics = runs.load(self.run_folder).metrics
         if not len(metrics["generation"]):
             raise runs.RunError(f"{self.run_folder} has not finished a generation yet")
-        plot(metrics, title=self.run_folder.name, out=self.out)
+        plot(metrics, title=terminal.one_line(self.run_folder.name), out=self.out)
         outputs.tell(self.out)
         return 0
 

@@ -70,7 +70,7 @@ class ReilTable:
         means = ", ".join(f"{name} {held[name].mean():.2f}" for name in ("drift m", *_GAIT))
         print(f"; on average of these {means}" if len(held) else "")
         if self.csv is not None:
-            outputs.write(self.csv, table.to_csv(index=False).encode())
+            outputs.write_text(self.csv, table.to_csv(index=False))
             outputs.tell(self.csv)
 
     def _row(self, source: str) -> dict[str, Any]:

@@ -56,7 +56,7 @@ class SpatialTable:
         table = pd.DataFrame([self._row(source) for source in self.sources])
         print(table.to_string(index=False, float_format=lambda value: f"{value:.3f}"))
         if self.csv is not None:
-            outputs.write(self.csv, table.to_csv(index=False).encode())
+            outputs.write_text(self.csv, table.to_csv(index=False))
             outputs.tell(self.csv)
         return 0
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from mjxwalk import experiments
+from mjxwalk import experiments, terminal
 from mjxwalk.cli import own_body
 from mjxwalk.cli.parsing import (
     CountOrAll,
@@ -171,6 +171,8 @@ class Evolve(Together, Following):
         for assignment in self.set:
             if "=" not in assignment:
                 raise RunError(f"--set needs PATH=VALUE, got {assignment!r}")
+            if terminal.has_other_bytes(assignment):
+                raise RunError(f"--set {assignment!r} must be UTF-8 text, to be kept in a file")
         if self.experiment in experiments.studies():
             self._check_study()
 

@@ -116,6 +116,8 @@ def resume_study(path: Path, progress: Progress, stopping: Callable[[], bool]) -
         for number, (name, _) in enumerate(study.phases):
             place = study.folder(path, number)
             is_begun = (place / config.FILE).exists()
+            if is_begun:
+                studies.check_phase(path, study, number)
             if not is_begun or result.read(place) is None:
                 progress.say(f"phase {number + 1} of {len(study.phases)}: {name}")
             if not is_begun:
@@ -158,8 +160,9 @@ def _start_phase(path: Path, study: StudyConfig, number: int) -> tuple[Config, S
 
 def _evaluator(settings: Config, engine: str) -> Any:
     try:
+        settings.experiment.make_strategy()  # checks its options, which a file may have any in
         return evaluation.make_evaluator(settings.experiment, engine)
-    except ValueError as error:
+    except (ValueError, TypeError, OverflowError) as error:
         raise RunError(str(error)) from None
 
 

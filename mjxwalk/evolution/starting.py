@@ -6,7 +6,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from mjxwalk import runs, walkers
+from mjxwalk import runs, terminal, walkers
 from mjxwalk.evolution.evolvable import Evolvable
 from mjxwalk.runs import Run, RunError
 from mjxwalk.runs.config import Origin
@@ -37,7 +37,7 @@ def _winner(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
     walker = walkers.best(source)
     _check_kind(experiment, walker.experiment, source)
     start = _around(experiment, flatten(walker.genotype), source)
-    return start, Origin(source=str(source), generation=walker.generation)
+    return start, Origin(source=terminal.one_line(str(source)), generation=walker.generation)
 
 
 def _mean(experiment: Evolvable, run: Run) -> tuple[Start, Origin]:
@@ -46,7 +46,7 @@ def _mean(experiment: Evolvable, run: Run) -> tuple[Start, Origin]:
         for name, leaf in run.population.items()
     }
     start = _around(experiment, mean, run.path)
-    return start, Origin(source=str(run.path), generation=run.generation)
+    return start, Origin(source=terminal.one_line(str(run.path)), generation=run.generation)
 
 
 def _around(experiment: Evolvable, genotype: Arrays, source: str | Path) -> Start:
@@ -91,7 +91,7 @@ def _population(experiment: Evolvable, run: Run) -> tuple[Start, Origin]:
         jax.eval_shape(begin, jax.random.key(0), experiment.template())
     except RunError as error:
         raise RunError(_misfit(experiment, source, error)) from None
-    return start, Origin(source=str(source), generation=run.generation)
+    return start, Origin(source=terminal.one_line(str(source)), generation=run.generation)
 
 
 def _innermost(arrays: Arrays) -> Arrays:

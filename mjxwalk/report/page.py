@@ -13,6 +13,7 @@ from mjxwalk.watch import page as watch
 
 FILE = "report.html"
 TEMPLATE = "page.html.jinja"
+ESCAPED = "backslashreplace"  # names of files may have bytes that are no text
 
 
 def render(page: Page) -> str:
@@ -63,6 +64,6 @@ def write(folder: Path, page: Page, inside: str = "") -> list[Path]:
         if part.data is not None:
             names.append(f"{part.name}.csv")
             text = part.data.to_csv(index=False, lineterminator="\n")
-            files.replace(folder, os.path.join(inside, names[-1]), text.encode())
-    files.replace(folder, os.path.join(inside, FILE), render(page).encode())
+            files.replace(folder, os.path.join(inside, names[-1]), text.encode(errors=ESCAPED))
+    files.replace(folder, os.path.join(inside, FILE), render(page).encode(errors=ESCAPED))
     return [folder / inside / name for name in names]

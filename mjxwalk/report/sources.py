@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from mjxwalk import runs, settings, tournament, walkers
+from mjxwalk import runs, settings, terminal, tournament, walkers
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, folder, metrics, study
 from mjxwalk.tournament import Tournament
@@ -94,6 +94,7 @@ def read(path: Path) -> Source:
     for number, (name, _) in enumerate(given.phases):
         place = given.folder(path, number)
         if (place / config.FILE).is_file() and metrics.read(place):
+            study.check_phase(path, given, number)
             phases.append(_read_phase(place, is_between=not given.has_tournament(number)))
         else:
             missing.append(name)
@@ -120,8 +121,8 @@ def by_variant(sources: Sequence[Source]) -> dict[str, tuple[Phase, ...]]:
 
 
 def shown(path: Path) -> str:
-    """Returns a path as text; bytes of it that are no text become question marks."""
-    return str(path).encode(errors="replace").decode()
+    """Returns a path as text, with escapes for what cannot be shown."""
+    return terminal.one_line(str(path))
 
 
 def _read_phase(path: Path, *, is_between: bool = False) -> Phase:

@@ -16,6 +16,7 @@ from typing import Any, BinaryIO, TypeVar
 
 import msgspec
 
+from mjxwalk import depth
 from mjxwalk.errors import RunError
 from mjxwalk.runs import way
 
@@ -237,9 +238,12 @@ def decode_table(path: Path, content: bytes) -> dict[str, Any]:
       RunError: it holds something else, or has too many layers.
     """
     try:
-        return msgspec.json.decode(content, type=dict[str, Any])
+        table = msgspec.json.decode(content, type=dict[str, Any])
     except MALFORMED as error:
         raise RunError(f"{path} cannot be read: {error}") from None
+    if depth.is_deep(table):
+        raise RunError(f"{path} cannot be read: it has more than {depth.MOST} layers")
+    return table
 
 
 def describe(error: OSError) -> str:

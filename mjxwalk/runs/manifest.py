@@ -7,6 +7,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 import mjxwalk
 from mjxwalk.runs import files, owner, sealing
 
@@ -21,6 +23,19 @@ PACKAGES = (
     "orbax-checkpoint",
     "llvmlite",
 )
+
+
+class _Known(msgspec.Struct):
+    """What others rely on; older versions wrote less, and newer ones may write more."""
+
+    mjxwalk: str = ""
+    commit: str | None = None
+    python: str = ""
+    packages: dict[str, str | None] = {}
+    engine: str = ""
+    devices: str = ""
+    cpu: str = ""
+    system: str = ""
 
 
 def write(folder: Path, *, engine: str, why: str, devices: str) -> None:
@@ -99,6 +114,7 @@ def read(folder: Path) -> dict[str, Any]:
     content = owner.read(folder, FILE)
     if content is None:
         return {}
+    files.decode(folder / FILE, content, _Known)
     data = files.decode_table(folder / FILE, content)
     return {name: value for name, value in data.items() if name not in (sealing.DIGEST, owner.RUN)}
 

@@ -163,6 +163,20 @@ def read(path: Path) -> StudyConfig:
     return study
 
 
+def check_phase(path: Path, study: StudyConfig, number: int) -> None:
+    """Raises RunError unless the run of a phase that was begun is this study's.
+
+    Args:
+      path: of the study's folder.
+      study: its settings.
+      number: of the phase, from 0.
+    """
+    place = study.folder(path, number)
+    # Where a phase starts from is known when the phase before has ended.
+    if dataclasses.replace(config.read(place), origin=None) != study.run(number):
+        raise RunError(f"{place} is a run of another study than {path / FILE}; put back its own")
+
+
 def _from_file(file: _File) -> StudyConfig:
     return StudyConfig(
         name=file.name,

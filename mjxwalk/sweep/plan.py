@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from mjxwalk import terminal
 from mjxwalk.cli.evolve import Evolve
 from mjxwalk.cli.parsing import parse
 from mjxwalk.errors import RunError
@@ -72,8 +73,15 @@ class _File(Plan, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 def make(runs: dict[str, Evolve], resources: Resources) -> Plan:
-    """Returns the plan of runs by name."""
+    """Returns the plan of runs by name.
+
+    Raises:
+      RunError: an argument cannot be kept in a file.
+    """
     planned = tuple(PlannedRun(name=n, args=tuple(arguments(r))) for n, r in runs.items())
+    for word in {word for run in planned for word in run.args}:
+        if terminal.has_other_bytes(word):
+            raise RunError(f"a sweep keeps its arguments, and {word!r} is no UTF-8 text; rename it")
     return Plan(runs=planned, resources=resources)
 
 

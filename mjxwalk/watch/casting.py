@@ -7,7 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from mjxwalk import runs, walkers
+from mjxwalk import runs, terminal, walkers
 from mjxwalk.errors import RunError
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import checkpoints, folder
@@ -72,7 +72,7 @@ def fittest(source: str | Path, generation: int) -> Cast:
     known = _known(source)
     _check_there(source, generation, known)
     return Cast(
-        source=str(source),
+        source=terminal.one_line(str(source)),
         what=f"fittest of generation {generation}",
         experiment=known.experiment,
         genotypes=_together([known.genotype(generation)]),
@@ -110,7 +110,7 @@ def population(source: str | Path, number: int, generation: int | None) -> Cast:
     size = len(fitness)
     shown = "all" if len(chosen) == size else f"fittest {len(chosen)}"
     return Cast(
-        source=str(source),
+        source=terminal.one_line(str(source)),
         what=f"{shown} of {size} in generation {run.generation}",
         experiment=experiment,
         genotypes=_unflatten(path, experiment, arrays, len(chosen)),
@@ -134,7 +134,7 @@ def champions(source: str | Path, number: int) -> Cast:
     places = np.linspace(len(there) - 1, 0, min(number, len(there))).round().astype(int)
     chosen = [int(generation) for generation in there[places]]
     return Cast(
-        source=str(source),
+        source=terminal.one_line(str(source)),
         what=f"champions from generation {chosen[-1]} to {chosen[0]}",
         experiment=known.experiment,
         genotypes=_together([known.genotype(generation) for generation in chosen]),
