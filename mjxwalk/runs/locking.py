@@ -93,7 +93,7 @@ def is_free(descriptor: int, path: Path) -> bool:
 @functools.cache  # a run is locked several times
 def _note_no_locks(path: Path) -> None:
     print(
-        f"note: the file system of {path} has no locks; let no second process work on it",
+        f"mjxwalk: the file system of {path} has no locks; let no second process work on it",
         file=sys.stderr,
         flush=True,
     )

@@ -7,6 +7,7 @@ to some generation, arrays of a generation to the bit. Anything else is a fault.
 """
 
 import collections
+import os
 import shutil
 import sys
 import tempfile
@@ -19,9 +20,11 @@ import numpy as np
 import pytest
 import toy
 
-from mjxwalk import runs
+from mjxwalk import runs, tournament
 from mjxwalk.evolution import evolve
-from mjxwalk.runs import Config, Metrics, RunError, config, folder, sealing
+from mjxwalk.runs import Config, Metrics, RunError, config, folder, manifest, sealing
+from mjxwalk.runs.study import StudyConfig
+from mjxwalk.tournament import results
 
 Random = np.random.Generator
 Mutation = Callable[[bytearray, Random], bytearray]
@@ -42,11 +45,14 @@ class Silent:
         """Does nothing."""
 
 
-def make(path: Path) -> None:
-    """Makes the run that is mutated."""
-    settings = Config(experiment=toy.Toy(), keep=3)
+def make(path: Path, seed: int = 0) -> None:
+    """Makes the run that is mutated, and others of its shape."""
+    settings = Config(experiment=toy.Toy(), seed=seed, keep=3)
     folder.create(path, settings)
+    manifest.write(path, engine="mjx", why="", devices="")
     evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
+    study = StudyConfig(name="toy", phases=(("only", toy.Toy()),))
+    toy.hold_tournament(path, study, lambda text: None)
 
 
 def flip(content: bytearray, random: Random) -> bytearray:
@@ -132,12 +138,18 @@ DAMAGES: tuple[Mutation, ...] = (
 )  # fmt: skip
 
 
-def mutate(path: Path, random: Random) -> tuple[str, bool]:
-    """Mutates one file of a run; returns what was done, and whether it was a forgery."""
+def mutate(path: Path, other_run: Path, random: Random) -> tuple[str, bool]:
+    """Mutates one file of a run; returns what was done, and whether it was a forgery.
+
+    Args:
+      path: of the run.
+      other_run: one of the same shape, to take files from.
+      random: draws the file and what is done to it.
+    """
     files = sorted(each for each in path.rglob("*") if each.is_file())
     victim = files[random.integers(len(files))]
     name = str(victim.relative_to(path))
-    kind = random.integers(12)
+    kind = random.integers(15)
     if kind == 0:
         victim.unlink()
         return f"{name} removed", False
@@ -149,6 +161,18 @@ def mutate(path: Path, random: Random) -> tuple[str, bool]:
         other = files[random.integers(len(files))]
         victim.write_bytes(other.read_bytes())
         return f"{name} replaced by {other.relative_to(path)}", False
+    if kind == 12:
+        victim.unlink()
+        os.mkfifo(victim)
+        return f"{name} a pipe", False
+    if kind == 13:
+        away = path.with_name("away")
+        victim.replace(away)
+        victim.symlink_to(away)
+        return f"{name} a link", False
+    if kind == 14 and (other_run / name).is_file():
+        shutil.copy(other_run / name, victim)
+        return f"{name} of another run", False
     mutation = value if kind == 3 else DAMAGES[random.integers(len(DAMAGES))]
     content = victim.read_bytes()
     victim.write_bytes(mutation(bytearray(content), random) if content else b"?")
@@ -161,6 +185,7 @@ class Whole:
     def __init__(self, path: Path) -> None:
         self.run = runs.load(path)
         self.settings = config.read(path)
+        self.held, self.winner = tournament.read(path), _bits(results.read_winner(path))
         self.arrays = {g: _bits(runs.load(path, g).arrays) for g in self.run.generations}
 
     def judge(self, path: Path, *, is_forged: bool) -> str:
@@ -181,12 +206,15 @@ class Whole:
         try:
             loaded = runs.load(path)
             settings = config.read(path)
+            held = tournament.read(path)
+            winner = self.winner if held is None else _bits(results.read_winner(path))
         except RunError as error:
             assert "\n" not in str(error), f"more than a sentence: {error}"
             return "refused"
         if is_forged:
             return "same"
         assert settings == self.settings, "other settings"
+        assert held in (None, self.held) and winner == self.winner, "another tournament"
         assert loaded.manifest in ({}, self.run.manifest), "another manifest"
         for name, column in loaded.metrics.items():
             np.testing.assert_array_equal(column, self.run.metrics[name][: column.size])
@@ -237,13 +265,14 @@ def attack(number: int, seed: int, place: Path, *, resume_every: int = 5) -> dic
     """
     random = np.random.default_rng(seed)
     make(place / "whole")
+    make(place / "other", seed=1)
     whole = Whole(place / "whole")
     counts: collections.Counter[str] = collections.Counter()
     for turn in range(number):
         path = place / "mutated"
         shutil.rmtree(path, ignore_errors=True)
         shutil.copytree(place / "whole", path)
-        what, is_forged = mutate(path, random)
+        what, is_forged = mutate(path, place / "other", random)
         try:
             counts[whole.judge(path, is_forged=is_forged)] += 1
             if turn % resume_every == 0 and not is_forged:

@@ -1,6 +1,7 @@
 """What a folder from anybody must not do: lead elsewhere, block, or pass for another run."""
 
 import os
+import re
 import shutil
 import signal
 from collections.abc import Callable, Iterator
@@ -405,3 +406,56 @@ def test_json_of_many_layers_is_one_sentence(
         runs.load(run, 6)
     except RunError as error:
         assert "\n" not in str(error)
+
+
+def test_a_phase_of_another_study_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for seed in ("1", "2"):
+        assert main(["evolve", "toys", "--seed", seed, "--out", str(tmp_path / seed)]) == 0
+    first = next((tmp_path / "1").glob("1-*"))
+    shutil.rmtree(first)
+    shutil.copytree(tmp_path / "2" / first.name, first)
+    assert main(["resume", str(tmp_path / "1")]) == 2
+    assert f"{first} is a run of another study" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("value", [[], {}, "x", None, [[[]]], 10**30], ids=str)
+def test_a_forged_option_of_the_strategy_is_one_sentence(
+    run: Path, value: object, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = msgspec.json.decode((run / config.FILE).read_bytes())
+    data["experiment"]["strategy"]["options"]["sigma"] = value
+    shutil.rmtree(run)
+    run.mkdir()
+    (run / config.FILE).write_bytes(sealing.sealed(data))
+    assert main(["resume", str(run)]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("mjxwalk: ") and told.count("\n") == 1
+
+
+@pytest.mark.parametrize("packages", [[], 5, ["jax"], {"jax": []}], ids=str)
+def test_a_forged_manifest_is_one_sentence(run: Path, packages: object) -> None:
+    data = msgspec.json.decode((run / manifest.FILE).read_bytes())
+    (run / manifest.FILE).write_bytes(sealing.sealed({**data, "packages": packages}))
+    with pytest.raises(RunError, match="manifest.json cannot be read"):
+        manifest.read(run)
+
+
+def test_files_are_written_by_two_modules_only() -> None:
+    root = Path(runs.__file__).parents[1]
+    allowed = {"outputs.py", "runs/files.py", "runs/way.py"}
+    writing = re.compile(
+        r"\.write_(text|bytes)\(|\bopen\([^)]*[\"'][rb]*[wax+]|O_CREAT|\.savefig\((?!buffer)"
+        r"|np\.save|\.tofile\(|\.to_csv\(self|shutil\.(copy|move)|\.(symlink|hardlink)_to\("
+    )
+    found = {
+        os.path.relpath(path, root): match.group()
+        for place in (root, root.parent / "scripts")
+        for path in place.rglob("*.py")
+        if "engines/lanes" not in str(path)  # has a cache, and no file of a run
+        for match in writing.finditer(path.read_text())
+    }
+    lock = found.pop("runs/locking.py")
+    assert lock == "O_CREAT"  # of `way.opened`, which follows no link
+    assert set(found) == allowed

@@ -113,6 +113,22 @@ def test_a_damaged_tournament_is_one_sentence_and_a_new_one_replaces_it(content:
     assert walkers.best("a").rank == "winner"
 
 
+def test_a_run_that_cannot_be_written_is_told_before_any_trial_unless_figures_go_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    access = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: str(path) != "a" and access(path, mode))
+    before = sorted(Path("a").iterdir())
+    assert main(["tournament", "a", "--terrains", "5"]) == 2
+    told = capfd.readouterr()
+    assert told.out == "" and told.err == (
+        "mjxwalk: a cannot be written: permission denied; name a file for the figures with --json\n"
+    )
+    assert main(["tournament", "a", "--terrains", "5", "--json", "figures.json"]) == 0
+    assert "a is left as it is: it cannot be written" in capfd.readouterr().out
+    assert Path("figures.json").exists() and sorted(Path("a").iterdir()) == before
+
+
 def test_a_damaged_winner_is_one_sentence() -> None:
     assert main(["tournament", "a", "--terrains", "5"]) == 0
     path = Path("a", WINNER_FILE)
