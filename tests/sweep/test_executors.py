@@ -78,9 +78,10 @@ def test_a_clusters_process_gets_the_memory_of_a_run_on_top_of_what_it_has(
     monkeypatch.setattr(executors, "limit_memory", lambda _, most: limits.append(most))
     monkeypatch.setattr(executors, "THREADS", "MJXWALK_TESTS_THREADS")
     taken = bytes(300_000_000)
-    assert worker.work(["evolve", "--nonsense"], "s", "log", 1, 0.5) == 2
+    Path("logs").mkdir()
+    assert worker.work(["evolve", "--nonsense"], "s", "logs/s.log", 1, 0.5) == 2
     assert limits[0] > 0.5 + len(taken) / executors.GIGABYTE
-    assert "unrecognized options" in Path("log").read_text()
+    assert "unrecognized options" in Path("logs/s.log").read_text()
 
 
 def test_a_run_that_cannot_be_started_is_told_of(
