@@ -1,7 +1,14 @@
-"""MuJoCo and MJX behind one door: their modules carry no types, and importing MJX prints."""
+"""MuJoCo and MJX behind one door: their modules carry no types, warn and raise in ways of their own.
+
+Importing MJX prints. MuJoCo writes its warnings to the terminal and to a file in the folder that
+the process is in, again for every time that it warns; here each is told once.
+"""
 
 import contextlib
+import functools
 import io
+import sys
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco as _mujoco
@@ -12,3 +19,40 @@ with contextlib.redirect_stdout(io.StringIO()):
 
 mujoco: Any = _mujoco
 mjx: Any = _mjx
+
+# What MuJoCo and MJX raise of a model that they cannot take.
+_REFUSALS = (
+    mujoco.FatalError,
+    mujoco.UnexpectedError,
+    ValueError,
+    TypeError,
+    RuntimeError,
+    MemoryError,
+)
+
+
+@contextlib.contextmanager
+def refusing(doing: str) -> Iterator[None]:
+    """Raises ValueError, with what MuJoCo or MJX could not do and why, if they cannot.
+
+    Args:
+      doing: what they are asked for, such as "MuJoCo cannot compile it".
+    """
+    try:
+        yield
+    except _REFUSALS as error:
+        raise ValueError(f"{doing}: {str(error) or type(error).__name__}") from None
+
+
+@functools.cache
+def _tell(text: str) -> None:
+    print(f"mjxwalk: MuJoCo warns: {text}", file=sys.stderr, flush=True)
+
+
+def _hear(text: str) -> None:
+    # The time of the warning, at its end, differs from one to the next.
+    _tell(" ".join(text.partition(" Time = ")[0].split()))
+
+
+if mujoco.get_mju_user_warning() is None:  # else whoever else uses MuJoCo here hears them
+    mujoco.set_mju_user_warning(_hear)

@@ -1,0 +1,187 @@
+"""Which XML may be a body: what a parser reads, held against one table of elements.
+
+MuJoCo never sees the text itself. It gets what is written anew from the elements that were checked,
+so that its parser cannot find in a text what this one has not found.
+"""
+
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
+
+LARGEST_TEXT = 2_000_000  # characters; ours: a body is some 5,000, and its text is in every run
+MOST_ELEMENTS = 2_000  # ours: our bodies have a hundred
+MOST_BODIES = 100  # ours: our bodies have ten, and the engines compile code for each
+MOST_DEPTH = 100  # elements inside each other; ours: our bodies have ten
+LARGEST = 1e10  # MuJoCo's mjMAXVAL, beyond which it takes a simulation to be unstable
+
+_PLACE = "pos quat axisangle xyaxes zaxis euler"
+_MOTOR = "name class group joint gear ctrllimited ctrlrange forcelimited forcerange"
+# Elements, and the attributes that each may have wherever MuJoCo has it. What is not here is
+# refused: what opens files or runs plugins, what repeats its content or reserves as much memory as
+# a number says, and what the engines do not simulate.
+ALLOWED: Mapping[str, frozenset[str]] = {
+    name: frozenset(attributes.split())
+    for name, attributes in {
+        "mujoco": "model",
+        "compiler": "angle autolimits balanceinertia boundinertia boundmass coordinate eulerseq "
+        "fitaabb inertiafromgeom inertiagrouprange settotalmass",
+        "option": "timestep gravity wind density viscosity integrator jacobian cone solver",
+        "flag": "contact constraint equality limit gravity eulerdamp filterparent warmstart",
+        "statistic": "center extent meaninertia meanmass meansize",
+        "default": "class",
+        "custom": "",
+        "numeric": "name data size",
+        "asset": "",
+        "material": "name class rgba emission specular shininess reflectance metallic roughness",
+        "mesh": "name class vertex normal face scale refpos refquat inertia smoothnormal",
+        "worldbody": "",
+        "body": f"name childclass gravcomp {_PLACE}",
+        "frame": f"name childclass {_PLACE}",
+        "inertial": f"mass diaginertia fullinertia {_PLACE}",
+        "joint": "name class type group pos axis range limited damping stiffness springref ref "
+        "springdamper armature frictionloss margin actuatorfrclimited actuatorfrcrange "
+        "solreflimit solimplimit solreffriction solimpfriction "
+        "joint1 joint2 polycoef active solref solimp",  # the last row is of an equality
+        "freejoint": "name group",
+        "geom": "name class type group size fromto mass density rgba material mesh contype "
+        "conaffinity condim friction margin gap priority shellinertia solmix solref solimp "
+        f"{_PLACE}",
+        "site": f"name class type group size fromto rgba material {_PLACE}",
+        "camera": f"name class mode target fovy ipd {_PLACE}",
+        "light": "name class mode target type directional castshadow active pos dir attenuation "
+        "cutoff exponent ambient diffuse specular",
+        "contact": "",
+        "exclude": "name body1 body2",
+        "equality": "",
+        "actuator": "",
+        "motor": _MOTOR,
+        "general": f"{_MOTOR} dyntype gaintype biastype dynprm gainprm biasprm",
+    }.items()
+}
+_ONE_TEXT = "a run keeps the text of one file only"
+_PLAIN = "write <motor joint=.../>, as controllers give torques"
+# What whoever writes one of these elements or attributes may do instead.
+INSTEAD: Mapping[str, str] = {
+    "include": f"{_ONE_TEXT}; write in what is included",
+    "attach": f"{_ONE_TEXT}; write in what is attached",
+    "file": f"{_ONE_TEXT}; draw with capsules, boxes and spheres, or write a mesh's vertices here",
+    "replicate": "write out what it repeats",
+    "tendon": "the engines have no tendons; remove it",
+    "position": f"it is no plain motor; {_PLAIN}",
+    "velocity": f"it is no plain motor; {_PLAIN}",
+    "size": "MuJoCo finds the sizes by itself; remove it",
+}
+# Attributes that are names, in which nothing is a number.
+_NAMES = frozenset(
+    "model name class childclass joint joint1 joint2 body1 body2 target material mesh".split()
+)
+_WORD = re.compile(r"(?!nan|inf)[A-Za-z][A-Za-z0-9_]*", re.IGNORECASE)
+_LARGEST_SIZE = 1_000  # of a numeric, in numbers; ours
+
+
+def checked(text: str) -> str:
+    """Returns a body's XML, written anew from its elements, without comments.
+
+    Raises:
+      ValueError: it is no XML, or holds what no body may; the message names element and line.
+    """
+    if len(text) > LARGEST_TEXT:
+        raise ValueError(
+            f"has {len(text):,} characters, and a body may have {LARGEST_TEXT:,}; leave out meshes"
+        )
+    reader = _Reader()
+    try:
+        return reader.read(_without_comments(text))
+    except expat.ExpatError as error:
+        raise ValueError(f"is no XML ({error}); write MJCF, MuJoCo's own format") from None
+
+
+class _Reader:
+    """Checks elements as they are read, and writes them anew."""
+
+    def __init__(self) -> None:
+        # The text is decoded already, whatever it says that its encoding is.
+        self._parser = expat.ParserCreate("utf-8")
+        # Entities are declared in a DOCTYPE: without one none opens a file or grows.
+        self._parser.StartDoctypeDeclHandler = self._doctype
+        self._parser.StartElementHandler = self._start
+        self._parser.EndElementHandler = self._end
+        self._parser.CharacterDataHandler = self._characters
+        self._depth = 0
+        self._num: Counter[str] = Counter()
+        self._written: list[str] = []
+
+    def read(self, text: str) -> str:
+        """Returns the text written anew."""
+        self._parser.Parse(text.encode("utf-8", "surrogatepass"), True)
+        return "".join(self._written)
+
+    def _refusal(self, what: str) -> ValueError:
+        return ValueError(f"line {self._parser.CurrentLineNumber}: {what}")
+
+    def _doctype(self, *_: object) -> None:
+        raise self._refusal("a body may have no DOCTYPE, which may lead to other files; remove it")
+
+    def _characters(self, data: str) -> None:
+        if data.strip():
+            raise self._refusal(f"the text {data.strip()[:20]!r} is in no attribute; remove it")
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        self._depth += 1
+        self._num.update([name])
+        if name not in ALLOWED:
+            raise self._refusal(f"a body may have no <{name}>: {INSTEAD.get(name, 'remove it')}")
+        if (name == "mujoco") != (self._depth == 1):
+            raise self._refusal(f"<{name}> is not in its place; <mujoco> holds all else")
+        if self._depth > MOST_DEPTH:
+            raise self._refusal(f"<{name}> is inside of {MOST_DEPTH} elements; nest fewer")
+        if self._num.total() > MOST_ELEMENTS or self._num["body"] > MOST_BODIES:
+            raise self._refusal(
+                f"<{name}> is one too many; a body may have {MOST_ELEMENTS:,} elements, and "
+                f"{MOST_BODIES} of them <body>"
+            )
+        for attribute, value in attributes.items():
+            self._check(name, attribute, value)
+        shown = "".join(f" {each}={quoteattr(value)}" for each, value in attributes.items())
+        self._written.append(f"<{name}{shown}>\n")
+
+    def _end(self, name: str) -> None:
+        self._depth -= 1
+        self._written.append(f"</{name}>\n")
+
+    def _check(self, name: str, attribute: str, value: str) -> None:
+        """Raises ValueError unless the element may have the attribute with such a value."""
+        if attribute not in ALLOWED[name]:
+            instead = INSTEAD.get(attribute, "remove it")
+            raise self._refusal(f"<{name}> may have no {attribute}: {instead}")
+        if attribute in _NAMES:
+            return
+        most = _LARGEST_SIZE if attribute == "size" and name == "numeric" else LARGEST
+        for word in value.split():
+            if not _WORD.fullmatch(word) and not abs(_number(word)) <= most:
+                raise self._refusal(
+                    f"<{name}> has {word[:20]} in {attribute}; write numbers of at most {most:g}"
+                )
+
+
+def _without_comments(text: str) -> str:
+    """Returns the text without comments, its lines numbered as before.
+
+    XML has no `--` in comments; MuJoCo and people do.
+    """
+    parts: list[str] = []
+    at = 0
+    while (start := text.find("<!--", at)) >= 0 and (end := text.find("-->", start + 4)) >= 0:
+        parts += [text[at:start], "\n" * text.count("\n", start, end)]
+        at = end + 3
+    return "".join([*parts, text[at:]])
+
+
+def _number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return math.nan
