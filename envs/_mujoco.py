@@ -1,4 +1,4 @@
-"""MuJoCo and MJX behind one door: their modules carry no types, warn and raise in ways of their own.
+"""MuJoCo and MJX behind one door: untyped modules that warn and raise in ways of their own.
 
 Importing MJX prints. MuJoCo writes its warnings to the terminal and to a file in the folder that
 the process is in, again for every time that it warns; here each is told once.
@@ -7,8 +7,10 @@ the process is in, again for every time that it warns; here each is told once.
 import contextlib
 import functools
 import io
+import re
 import sys
-from collections.abc import Iterator
+import warnings
+from collections.abc import Generator
 from typing import Any
 
 import mujoco as _mujoco
@@ -32,7 +34,7 @@ _REFUSALS = (
 
 
 @contextlib.contextmanager
-def refusing(doing: str) -> Iterator[None]:
+def refusing(doing: str) -> Generator[None]:
     """Raises ValueError, with what MuJoCo or MJX could not do and why, if they cannot.
 
     Args:
@@ -42,6 +44,16 @@ def refusing(doing: str) -> Iterator[None]:
         yield
     except _REFUSALS as error:
         raise ValueError(f"{doing}: {str(error) or type(error).__name__}") from None
+
+
+def compiled(spec: Any) -> Any:
+    """Returns the `mujoco.MjModel` of a `mujoco.MjSpec`.
+
+    Raises:
+      ValueError: MuJoCo cannot compile it.
+    """
+    with refusing("MuJoCo cannot compile it"):
+        return spec.compile()
 
 
 @functools.cache
@@ -54,5 +66,7 @@ def _hear(text: str) -> None:
     _tell(" ".join(text.partition(" Time = ")[0].split()))
 
 
+# The binding repeats what MuJoCo warns of as it compiles.
+warnings.filterwarnings("ignore", category=UserWarning, module=re.escape(__name__))
 if mujoco.get_mju_user_warning() is None:  # else whoever else uses MuJoCo here hears them
     mujoco.set_mju_user_warning(_hear)

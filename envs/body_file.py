@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mjxwalk.envs import body_legs, body_xml
-from mjxwalk.envs._mujoco import mjx, mujoco, refusing
+from mjxwalk.envs._mujoco import compiled, mjx, mujoco, refusing
 from mjxwalk.envs.body_contract import HINGE, SLIDE, Contract, Link
 
 CLOSE = 1e-6  # of m, kg, rad; ours: what MuJoCo's own writer rounds to
@@ -21,7 +21,7 @@ KINDS = {
     SLIDE: "slide",
     HINGE: "hinge",
 }
-# ours: of the step in <option>, s, which is not the one that is taken but may not be nonsense either
+# s; ours: of the step in <option>, which is not the one that is taken but is to be one
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 1.0
 
 
@@ -51,7 +51,7 @@ def check(text: str, contract: Contract) -> None:
 @functools.lru_cache(maxsize=16)
 def _complaint(text: str, contract: Contract) -> str:
     try:
-        model = _compiled(read(text))
+        model = compiled(read(text))
         _check_finite(model)
         _check_world(model, contract)
         _check_links(model, contract)
@@ -65,11 +65,6 @@ def _complaint(text: str, contract: Contract) -> str:
     except ValueError as error:
         return str(error)
     return ""
-
-
-def _compiled(spec: Any) -> Any:
-    with refusing("MuJoCo cannot compile it"):
-        return spec.compile()
 
 
 def _check_finite(model: Any) -> None:

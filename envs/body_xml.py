@@ -4,7 +4,6 @@ MuJoCo never sees the text itself. It gets what is written anew from the element
 so that its parser cannot find in a text what this one has not found.
 """
 
-import math
 import re
 from collections import Counter
 from collections.abc import Mapping
@@ -78,7 +77,8 @@ INSTEAD: Mapping[str, str] = {
 _NAMES = frozenset(
     "model name class childclass joint joint1 joint2 body1 body2 target material mesh".split()
 )
-_WORD = re.compile(r"(?!nan|inf)[A-Za-z][A-Za-z0-9_]*", re.IGNORECASE)
+_WORD = re.compile(r"(?!nan|inf)[a-z][a-z0-9_]*", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?", re.IGNORECASE)
 _LARGEST_SIZE = 1_000  # of a numeric, in numbers; ours
 
 
@@ -161,7 +161,9 @@ class _Reader:
             return
         most = _LARGEST_SIZE if attribute == "size" and name == "numeric" else LARGEST
         for word in value.split():
-            if not _WORD.fullmatch(word) and not abs(_number(word)) <= most:
+            if _WORD.fullmatch(word):
+                continue
+            if not _NUMBER.fullmatch(word) or abs(float(word)) > most:
                 raise self._refusal(
                     f"<{name}> has {word[:20]} in {attribute}; write numbers of at most {most:g}"
                 )
@@ -178,10 +180,3 @@ def _without_comments(text: str) -> str:
         parts += [text[at:start], "\n" * text.count("\n", start, end)]
         at = end + 3
     return "".join([*parts, text[at:]])
-
-
-def _number(word: str) -> float:
-    try:
-        return float(word)
-    except ValueError:
-        return math.nan

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjxwalk.envs._mujoco import mjx, mujoco
+from mjxwalk.envs._mujoco import compiled, mjx, mujoco
 
 
 class Model(NamedTuple):
@@ -30,12 +30,16 @@ class Model(NamedTuple):
 
 
 def compile_model(spec: Any) -> Model:
-    """Returns the model of an `mujoco.MjSpec`, with contact and constraint solver off."""
+    """Returns the model of an `mujoco.MjSpec`, with contact and constraint solver off.
+
+    Raises:
+      ValueError: MuJoCo cannot compile it.
+    """
     disable = mujoco.mjtDisableBit
     spec.option.disableflags |= disable.mjDSBL_CONTACT | disable.mjDSBL_CONSTRAINT
     # MuJoCo's own implicit joint damping would hide what the step does.
     spec.option.disableflags |= disable.mjDSBL_EULERDAMP
-    model = spec.compile()
+    model = compiled(spec)
     data = mujoco.MjData(model)
     with jax.ensure_compile_time_eval():
         return Model(model, mjx.put_model(model), mjx.put_data(model, data))

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mjxwalk.envs import body_file, body_legs, dynamics
+from mjxwalk.envs._mujoco import compiled
 from mjxwalk.envs.body_contract import HINGE, SLIDE, Contract, Joint, Link
 from mjxwalk.envs.motor import Limits, Springs
 
@@ -137,7 +138,7 @@ def spec(text: str) -> Any:
 
 @functools.cache
 def _file_model(text: str) -> Any:
-    return spec(text).compile()
+    return compiled(spec(text))
 
 
 def with_masses(text: str, masses: Masses) -> Any:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from mjxwalk.envs import Flame, Planar7, flame_body, planar7_body
-from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs._mujoco import compiled, mujoco
 from mjxwalk.errors import RunError
 
 
@@ -44,7 +44,7 @@ def as_mjcf(env: Any) -> bytes:
         spec.delete(old)  # of a body that was exported before
     for name, value in laws.items():
         spec.add_numeric(name=name, data=[value], size=1)
-    spec.compile()
+    compiled(spec)
     return spec.to_xml().encode()
 
 

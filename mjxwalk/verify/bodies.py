@@ -20,7 +20,7 @@ from mjxwalk.envs import (
     planar7,
     planar7_body,
 )
-from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs._mujoco import compiled, mujoco
 from mjxwalk.verify import laws
 from mjxwalk.verify.laws import Push
 
@@ -62,7 +62,7 @@ class Body(NamedTuple):
         whole.option.disableflags = option.disableflags
         for number in range(num):
             whole.attach(self.spec.copy(), prefix=f"{number}/", frame=whole.worldbody.add_frame())
-        return whole.compile()
+        return compiled(whole)
 
 
 class Step(NamedTuple):
@@ -336,7 +336,7 @@ def _without_solver(spec: Any, timestep: float) -> Any:
     spec.option.disableflags |= disable.mjDSBL_CONTACT | disable.mjDSBL_CONSTRAINT
     spec.option.disableflags |= disable.mjDSBL_EULERDAMP
     spec.option.timestep = timestep
-    return spec.compile()
+    return compiled(spec)
 
 
 def _limits(model: Any, joints: list[int]) -> Float[np.ndarray, "motor 2"]:

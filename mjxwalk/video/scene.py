@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mjxwalk.envs import Flame, Planar7, flame_body, planar7_body
-from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs._mujoco import compiled, mujoco
 from mjxwalk.errors import RunError
 from mjxwalk.watch import bodies, grounds
 
@@ -41,7 +41,7 @@ def build(env: Any, heights: Float[np.ndarray, "*node"], qpos: Any, size: tuple[
         spec.delete(geom)
     _paint(spec)
     _add_ground(spec, env, heights, np.asarray(qpos)[:, None])
-    return spec.compile()
+    return compiled(spec)
 
 
 def joint_positions(env: Any, qpos: Any) -> Any:

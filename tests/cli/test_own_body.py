@@ -1,10 +1,12 @@
 """Tests of `--body`: a file of the user's becomes a run that needs the file no more."""
 
 import dataclasses
+import os
 import re
 import shutil
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from mjxwalk.cli import main
 from mjxwalk.controllers import LinearReactive
 from mjxwalk.envs import Planar7, planar7_body
 from mjxwalk.experiments import own_body, repeating
+from mjxwalk.runs import config
 
 OURS = planar7_body.MODEL_PATH.read_text()
 CHILD = Path(__file__).parents[2] / "docs/bodies/child.xml"
@@ -28,10 +31,13 @@ def in_new_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     [
         (["--body", "no.xml"], "--body no.xml does not exist; name an MJCF file"),
         (["--body", "."], "--body . is a folder, and no run"),
-        (["--body", "text.xml"], "text.xml: MuJoCo cannot read it"),
+        (["--body", "text.xml"], "text.xml: is no XML"),
         (["--body", "bytes.xml"], "--body bytes.xml is no text"),
+        (["--body", "wide.xml"], "--body wide.xml is no text; name an MJCF file, as XML in UTF-8"),
+        (["--body", "pipe"], "pipe could not be read: it is no plain file"),
+        (["--body", "/dev/zero"], "/dev/zero could not be read: it is no plain file"),
         (["solomon-3d", "--body", "ours.xml"], "ours.xml: body torso must have the joints root_x"),
-        (["solomon-2d", "--body", "text.xml"], "text.xml: MuJoCo cannot read it"),
+        (["solomon-2d", "--body", "text.xml"], "text.xml: is no XML"),
         (["rayleigh", "--body", "ours.xml"], "rayleigh has no body, which takes no other"),
         (["reil-unassisted", "--body", "ours.xml"], "reil-unassisted has the body Reil"),
         (["--set", "env.body=x"], "env.body goes with settings that belong to it; use --body FILE"),
@@ -43,12 +49,70 @@ def test_a_wrong_body_is_one_sentence_and_leaves_nothing(
     Path("text.xml").write_text("a walker")
     Path("bytes.xml").write_bytes(b"\xff\xfe\x00")
     Path("ours.xml").write_text(OURS)
+    Path("wide.xml").write_text(OURS, "utf-16")
+    os.mkfifo("pipe")
     before = sorted(tmp_path.iterdir())
     assert main(["evolve", *args, "--out", "run"]) == 2
     error = capfd.readouterr().err
     assert complaint in error
     assert re.fullmatch(r"mjxwalk: [^\n]+\n", error)
     assert sorted(tmp_path.iterdir()) == before
+
+
+HOSTILE = {
+    "include": '<include file="secret.xml"/>',
+    "capitals": '<INCLUDE file="secret.xml"/>',
+    "flexcomp": '<flexcomp name="f" type="mesh" dim="2" file="secret.xml"/>',
+    "pipe": '<hfield name="h" file="pipe.png" size="1 1 1 1"/>',
+    "entity": "&secret;",
+    "repeated": '<replicate count="99999"><replicate count="99999"><site/></replicate></replicate>',
+    "step": '<option timestep="nan"/>',
+}
+
+
+def hostile(text: str, added: str) -> str:
+    """Returns a body with something in it that no body may have."""
+    doctype = '<!DOCTYPE mujoco [<!ENTITY secret SYSTEM "secret.xml">]>\n' if "&" in added else ""
+    return f"{doctype}{text.replace('<worldbody>', f'{added}<worldbody>')}"
+
+
+@pytest.fixture
+def traps(tmp_path: Path) -> None:
+    """Makes what a hostile body may name: a file, and a pipe that nobody writes to."""
+    (tmp_path / "secret.xml").write_text(
+        "<mujoco><custom><text name='a' data='b'/></custom></mujoco>"
+    )
+    os.mkfifo(tmp_path / "pipe.png")
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_body_is_one_sentence(
+    name: str, traps: None, capfd: pytest.CaptureFixture[str]
+) -> None:
+    Path("my.xml").write_text(hostile(OURS, HOSTILE[name]))
+    assert main(["evolve", "--body", "my.xml", "--out", "run"]) == 2
+    assert re.fullmatch(r"mjxwalk: my\.xml: line \d+: [^\n]+\n", capfd.readouterr().err)
+    assert not Path("run").exists() and not Path("MUJOCO_LOG.TXT").exists()
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_the_body_of_a_strangers_run_passes_the_same_door(
+    name: str, traps: None, capfd: pytest.CaptureFixture[str]
+) -> None:
+    usual = experiments.get("planar-lpd")
+    settings = config.Config(experiment=own_body.with_body(usual, OURS))
+    Path("run").mkdir()
+    data = msgspec.json.decode(config.text(settings))
+    data["experiment"]["env"]["body"] = hostile(OURS, HOSTILE[name])
+    del data["digest"], data["schema"]
+    sealed = {"schema": config.UNSEALED, **data}
+    Path("run/config.json").write_bytes(msgspec.json.encode(sealed))
+    assert main(["resume", "run"]) == 2
+    assert main(["evolve", "--body", "run", "--out", "mine"]) == 2
+    first, second = capfd.readouterr().err.splitlines()
+    for told in (first, second):
+        assert re.fullmatch(r"mjxwalk: run.*: line \d+: .+", told)
+    assert [each.name for each in Path("run").iterdir()] == ["config.json"]
 
 
 def test_our_own_body_changes_no_setting() -> None:

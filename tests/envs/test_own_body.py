@@ -122,10 +122,18 @@ def test_another_body_moves_as_in_c_mujoco(env: Any, num: int) -> None:
 
 
 REFUSED = {
-    "<mujoco": (r"(?s)^.*$", "walker", "MuJoCo cannot read it"),
-    "element": (r"<worldbody>", "<worldbody><bdy/>", "MuJoCo cannot read it"),
-    "include": (r"<worldbody>", '<include file="x.xml"/><worldbody>', "includes another file"),
-    "mesh": (r"<worldbody>", '<asset><mesh file="a.stl"/></asset><worldbody>', "takes 'a.stl'"),
+    "<mujoco": (r"(?s)^.*$", "walker", "is no XML"),
+    "element": (r"<worldbody>", "<worldbody><bdy/>", "a body may have no <bdy>"),
+    "include": (
+        r"<worldbody>",
+        '<include file="x.xml"/><worldbody>',
+        "a body may have no <include>",
+    ),
+    "mesh": (
+        r"<worldbody>",
+        '<asset><mesh file="a.stl"/></asset><worldbody>',
+        "<mesh> may have no file",
+    ),
     "massless": (r'mass="0\.98"', 'mass="0"', "MuJoCo cannot compile it"),
     "body": (r"foot_left", "foot_l", "has no body foot_left"),
     "joint": (r"knee_left", "kne_left", "must have the joints knee_left (hinge)"),
@@ -143,6 +151,11 @@ REFUSED = {
     "sole": (r'(name="heel_\w+" pos="-0.047 0) -0.045', r"\1 -0.04", "must be at one height"),
     "gravity": (r"<option", '<option gravity="0 0 -1.6"', "has gravity 0 0 -1.6"),
     "integrator": (r'"Euler"', '"RK4"', "has the integrator RK4"),
+    "no step": (r"<option", '<option timestep="1e-300"', "has timestep 1e-300 in <option>"),
+    "backwards": (r"<option", '<option timestep="-0.001"', "has timestep -0.001 in <option>"),
+    "still": (r"<option", '<option timestep="0"', "has timestep 0 in <option>"),
+    "long step": (r"<option", '<option timestep="1e9"', "has timestep 1e+09 in <option>"),
+    "nan": (r"<option", '<option timestep="nan"', "<option> has nan in timestep"),
     "air": (r"<option", '<option density="1.2"', "has air or water"),
     "collides": (r'contype="0"', 'contype="1"', "of body torso would collide"),
     "equality": (
@@ -153,7 +166,7 @@ REFUSED = {
     "tendon": (
         r"</mujoco>",
         '<tendon><fixed><joint joint="hip_left" coef="1"/></fixed></tendon></mujoco>',
-        "has a tendon",
+        "a body may have no <tendon>: the engines have no tendons",
     ),
     "friction": (r'(name="knee_left")', r'\1 frictionloss="1"', "joint knee_left has frictionloss"),
     "damped": (r'(name="root_x") class="root"', r"\1", "joint root_x has damping"),
