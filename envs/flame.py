@@ -148,6 +148,7 @@ class Flame:
         checks.positive(self, "torque_budget", "max_time")
         checks.not_negative(self, "ankle_roll_stiffness", "ankle_roll_damping", "max_flight_time")
         checks.not_negative(self, "min_speed", "max_lag")
+        checks.steps(self)
         if self.integrator not in ("implicit", "explicit"):
             raise ValueError(
                 f'integrator must be "implicit" or "explicit", got "{self.integrator}"'

@@ -137,6 +137,7 @@ class Planar7:
         checks.positive(self, "torso_mass", "thigh_mass", "shank_mass", "foot_mass", "timestep")
         checks.positive(self, "min_hip_height", "max_pitch", "torque_budget", "max_time")
         checks.not_negative(self, "max_flight_time", "min_speed", "max_lag")
+        checks.steps(self)
         if self.integrator not in ("implicit", "explicit"):
             raise ValueError(
                 f'integrator must be "implicit" or "explicit", got "{self.integrator}"'

@@ -72,6 +72,7 @@ class Reil(ReilPhysics):
         checks.positive(self, "max_distance", "torque_budget", "max_time", "min_height", "max_yaw")
         checks.not_negative(self, "max_flight_time", "fallen_distance", "still_rate")
         checks.not_negative(self, "max_still_time", "min_speed", "max_lag")
+        checks.steps(self)
 
     def reset(self, terrain: Terrain) -> State:
         """Returns a walker that stands straight, or moves already as its trial has it.

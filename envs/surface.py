@@ -49,6 +49,8 @@ class SerpentineWalk:
     def __post_init__(self) -> None:
         checks.not_negative(self, "roughness")
         checks.positive(self, "spacing", "length", "width")
+        checks.finite(self, "flat_until", "start")
+        checks.nodes(self, "length", "width")
         for field in ("length", "width"):
             if getattr(self, field) < 2 * self.spacing:
                 raise ValueError(f"{field} must hold two nodes, got {getattr(self, field)} m")

@@ -52,6 +52,8 @@ class RandomWalk:
     def __post_init__(self) -> None:
         checks.not_negative(self, "roughness")
         checks.positive(self, "spacing", "length")
+        checks.finite(self, "flat_until", "start")
+        checks.nodes(self, "length")
         if self.length < 2 * self.spacing:
             raise ValueError(f"length must hold two nodes, got {self.length} m")
 

@@ -19,6 +19,9 @@ T = TypeVar("T")
 # A strategy's settings are the keyword arguments of its factory, kept in a dict of this name.
 OPTIONS = "options"
 
+LARGEST = 1e10  # ours: of any number; larger ones leave float32 without digits for the others
+MOST = 2**31 - 1  # of anything that is counted; JAX counts in 32 bits
+
 
 def to_data(settings: object) -> Any:
     """Returns the settings as dicts, lists, strings and numbers."""
@@ -85,10 +88,17 @@ def _override_option(settings: T, name: str, text: str, root: str) -> T:
     if name in options and options[name] is not None:
         # An option has no annotation: its present value stands for the type.
         value = _checked(value, type(options[name]), here)
+    _check_numbers(value, here)
     return _rebuild(settings, {OPTIONS: {**options, name: value}}, root)
 
 
 def _parse(settings: object, name: str, text: str, path: str) -> object:
+    value = _converted(settings, name, text, path)
+    _check_numbers(value, path)
+    return value
+
+
+def _converted(settings: object, name: str, text: str, path: str) -> object:
     annotation = _annotation(settings, name)
     try:
         return msgspec.convert(_loose(text), annotation)
@@ -119,9 +129,25 @@ def _annotation(settings: object, name: str) -> Any:
 
 def _checked(value: object, annotation: Any, path: str) -> object:
     try:
-        return msgspec.convert(value, annotation)
+        converted = msgspec.convert(value, annotation)
     except msgspec.ValidationError:
         raise RunError(f"{path} must be {_words(annotation)}, got {value!r}") from None
+    _check_numbers(converted, path)
+    return converted
+
+
+def _check_numbers(value: object, path: str) -> None:
+    """Raises RunError unless every number in a setting, however deep, is one to compute with."""
+    if isinstance(value, Mapping):
+        for name, inner in cast("Mapping[object, object]", value).items():
+            _check_numbers(inner, _join(path, str(name)))
+    elif isinstance(value, list | tuple):
+        for inner in cast("list[object]", value):
+            _check_numbers(inner, path)
+    elif isinstance(value, int) and abs(value) > MOST:
+        raise RunError(f"{path} must be a whole number from {-MOST:,} to {MOST:,}")
+    elif isinstance(value, float) and not abs(value) <= LARGEST:
+        raise RunError(f"{path} must be a number from {-LARGEST:g} to {LARGEST:g}, got {value}")
 
 
 def _words(annotation: Any) -> str:

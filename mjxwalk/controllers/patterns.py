@@ -28,6 +28,7 @@ from mjxwalk.controllers import rayleigh
 from mjxwalk.controllers.rayleigh import Genes, Motion, Network, Scalar
 from mjxwalk.gaits import Gait
 
+MOST_HARMONICS = gaits.NUM_POINTS // 2  # a gait of so many points has no more
 RIGHT = np.array([0.0, np.pi, 0.0, np.pi])  # phase of the right joints behind the left, rad
 
 
@@ -176,8 +177,10 @@ class HarmonicLegs:
     num_harmonics: int = 3  # ours: with two the knee stays 3.9 degrees off
 
     def __post_init__(self) -> None:
-        if self.num_harmonics < 2:
-            raise ValueError(f"num_harmonics must be 2 or above, got {self.num_harmonics}")
+        if not 2 <= self.num_harmonics <= MOST_HARMONICS:
+            raise ValueError(
+                f"num_harmonics must be from 2 to {MOST_HARMONICS}, got {self.num_harmonics}"
+            )
 
     def _filled(
         self, tempo: float, alpha: float, across: float, entrain: float, weight: float

@@ -19,6 +19,7 @@ from jaxtyping import Array, Bool, Float
 from mjxwalk.controllers import tables
 from mjxwalk.controllers.linear_reactive import Memory, stance_leg
 from mjxwalk.envs import Action
+from mjxwalk.envs.checks import positive
 from mjxwalk.envs.flame import Observation
 
 NETWORKS = (
@@ -127,6 +128,7 @@ class SpatialReactive:
 
     def __post_init__(self) -> None:
         tables.check(self.links, NETWORKS, INPUTS)
+        positive(self, "swing_limit", "stance_limit")
 
     def template(self) -> SpatialWeights:
         """Returns the genotype that generation 0 is drawn around."""

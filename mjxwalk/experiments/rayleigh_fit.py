@@ -23,6 +23,7 @@ from mjxwalk.controllers.patterns import (
     stride_time,
 )
 from mjxwalk.controllers.rayleigh import Motion
+from mjxwalk.envs import checks
 from mjxwalk.evolution import Goal
 from mjxwalk.experiments.experiment import StrategyChoice
 from mjxwalk.gaits import NUM_POINTS, Gait
@@ -70,12 +71,14 @@ class RayleighFit:
     generations: int = GENERATIONS
 
     def __post_init__(self) -> None:
-        for name in ("population_size", "generations", "cycles"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
-        for name in ("proportional", "derivative", "integral", "settling_cycles"):
-            if not getattr(self, name) >= 0:
-                raise ValueError(f"{name} must be 0 or above, got {getattr(self, name)}")
+        checks.count(self, "population_size", "generations", "cycles")
+        checks.not_negative(self, "proportional", "derivative", "integral", "settling_cycles")
+        steps = NUM_POINTS * (self.settling_cycles + self.cycles)
+        if steps > checks.MOST_STEPS:
+            raise ValueError(
+                f"settling_cycles and cycles must be {checks.MOST_STEPS // NUM_POINTS:,} together "
+                f"at most, got {self.settling_cycles} and {self.cycles}"
+            )
 
     @property
     def terrains_per_evaluation(self) -> int:

@@ -6,6 +6,7 @@ from typing import Any, TypeVar, cast
 # ours: below these a phase loses its structure: parents to choose from, something to compare with.
 SMALLEST_POPULATION = 10
 FEWEST_GENERATIONS = 2
+SMALLEST, LARGEST = 1e-4, 1e4  # factors; ours: a generation of the default, and days of it
 
 T = TypeVar("T")
 
@@ -19,10 +20,10 @@ def scaled(experiment: T, factor: float) -> T:
       factor: above 0; 1 changes nothing.
 
     Raises:
-      ValueError: the factor is not above 0.
+      ValueError: the factor is too small or too large.
     """
-    if not factor > 0:
-        raise ValueError(f"scale must be above 0, got {factor}")
+    if not SMALLEST <= factor <= LARGEST:
+        raise ValueError(f"scale must be from {SMALLEST:g} to {LARGEST:g}, got {factor}")
     given = cast("Any", experiment)
 
     def count(value: int, fewest: int = 1) -> int:

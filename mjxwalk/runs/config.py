@@ -73,8 +73,8 @@ class Config:
             raise ValueError(f"seed must be from 0 to {2**32 - 1}, got {self.seed}")
         for name in ("keep", "save_every"):
             value = getattr(self, name)
-            if value is not None and value < 1:
-                raise ValueError(f"{name} must be at least 1, got {value}")
+            if value is not None and not 1 <= value < 2**31:
+                raise ValueError(f"{name} must be from 1 to {2**31 - 1}, got {value}")
 
 
 class _File(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):

@@ -201,8 +201,8 @@ def test_an_experiment_that_starts_from_zero_may_start_from_a_winner(whole: Path
     [
         (["toys", "--from", "x"], "toys is a study and starts from zero; --from is for one of"),
         (["toys", "--generations", "5"], "use --scale, or --set PHASE.generations=NUMBER"),
-        (["toys", "--scale", "0"], "--scale must be a number above 0, got 0.0"),
-        (["toys", "--scale", "nan"], "--scale must be a number above 0, got nan"),
+        (["toys", "--scale", "0"], "--scale must be from 0.0001 to 10000, got 0.0"),
+        (["toys", "--scale", "nan"], "--scale must be from 0.0001 to 10000, got nan"),
         (["toys", "--set", "env.friction=1"], "--set of a study needs PHASE.PATH=VALUE"),
         (["toys", "--set", "neer.env.friction=1"], "did you mean near"),
         (["toys", "--set", "near.env.frction=1"], "unknown setting env.frction"),
@@ -260,7 +260,7 @@ def test_a_study_s_settings_read_back_equal_and_damage_is_one_sentence(tmp_path:
     for changes, complaint in (
         ({"schema": 9}, "version 9"),
         ({"colour": 1}, "colour"),
-        ({"keep": 0}, "keep must be at least 1"),
+        ({"keep": 0}, "keep must be from 1 to"),
         ({"phases": [{"name": "zero", "experiment": {"name": "toys/zero"}}]}, "is missing"),
     ):
         file.write_bytes(msgspec.json.encode({**data, **changes}))

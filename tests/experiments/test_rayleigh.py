@@ -115,7 +115,7 @@ def test_other_strategies_get_the_bounds_that_they_ask_for():
 
 
 def test_wrong_settings_are_named():
-    with pytest.raises(ValueError, match="cycles must be positive, got -1"):
+    with pytest.raises(ValueError, match="cycles must be from 1 to .*, got -1"):
         dataclasses.replace(RAYLEIGH, cycles=-1)
     with pytest.raises(ValueError, match="derivative must be 0 or above, got -1.0"):
         dataclasses.replace(RAYLEIGH, derivative=-1.0)

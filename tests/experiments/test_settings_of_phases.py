@@ -109,7 +109,7 @@ def test_scaling_keeps_the_structure() -> None:
     assert scaled(LPD, 1.0) == LPD
     # What is smaller than a floor already is not raised to it.
     assert scaled(toy.Toy(population_size=4), 0.5).population_size == 4
-    with pytest.raises(ValueError, match="scale must be above 0, got -1.0"):
+    with pytest.raises(ValueError, match="scale must be from 0.0001 to 10000, got -1.0"):
         scaled(LPD, -1.0)
 
 
