@@ -29,3 +29,21 @@ def first_line(error: BaseException) -> str:
     """Returns the first line of what an error says, or its name if it says nothing."""
     lines = str(error).strip().splitlines()
     return lines[0][:200] if lines else type(error).__name__
+
+
+def outgrown(error: BaseException) -> str | None:
+    """Returns what to tell of an error by which memory or numbers ran out; None of any other.
+
+    What a setting or an argument asks for is measured before it is taken; this is for the rest.
+    """
+    text = first_line(error)  # XLA goes on with tables of what it has
+    if isinstance(error, MemoryError) or "RESOURCE_EXHAUSTED" in text:
+        return (
+            "this takes more memory than there is; ask for less, such as a smaller population, or "
+            f"fewer terrains or trials: {text}"
+        )
+    if isinstance(error, OverflowError):
+        return f"a setting or an argument is too large to compute with: {text}"
+    if type(error).__module__.partition(".")[0] == "mujoco":
+        return f"MuJoCo cannot go on: {text}"
+    return None

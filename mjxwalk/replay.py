@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mjxwalk import engines
+from mjxwalk import budget, engines
 from mjxwalk.engines import lanes, mjx
 from mjxwalk.envs import Flame, Planar7
 from mjxwalk.envs._mujoco import mujoco
@@ -79,7 +79,13 @@ def record(
     # walk to every 80th frame first, say, and then from all of these at once to those between.
     stride = math.isqrt(num_frames)
     posts = [first]
+    frame = sum(np.asarray(leaf).nbytes for leaf in jax.tree.leaves(first))
     while stride * len(posts) < num_frames and not np.all(posts[-1].state.done):
+        budget.check(
+            2.0 * frame * stride * len(posts),  # the frames, and the same in their order
+            f"{len(terrain.row):,} recorded trials take",
+            "record fewer trials, fewer seconds or fewer frames a second",
+        )
         posts.append(proceed(posts[-1], genotypes, terrain, np.int32(stride * steps)))
     num_posts = len(posts)
     walks: Any = jax.tree.map(lambda *leaves: np.concatenate(leaves), *posts)

@@ -10,7 +10,7 @@ import msgspec
 from mjxwalk import experiments
 from mjxwalk.cli import own_body
 from mjxwalk.errors import RunError, near
-from mjxwalk.evolution import starting
+from mjxwalk.evolution import memory, starting
 from mjxwalk.experiments.scaling import scaled
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Config, files
@@ -48,6 +48,7 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
     if asked.source is not None and experiment.start == "zero":
         experiment = override(experiment, "start", "winner")
     try:
+        memory.check_settings(experiment)
         experiment.make_strategy()  # checks the strategy's options
         settings = Config(
             experiment=experiment,
@@ -99,6 +100,7 @@ def choose_study(asked: "Evolve") -> StudyConfig:
         phases = _with_links(asked, phases, _read_links(asked.links))
     try:
         for experiment in phases.values():
+            memory.check_settings(experiment)
             experiment.make_strategy()
         return StudyConfig(
             name=study.name,

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import mjxwalk
 from mjxwalk import own_process, terminal
 from mjxwalk.cli.commands import COMMANDS, Command, overview
-from mjxwalk.errors import RunError, near
+from mjxwalk.errors import RunError, near, outgrown
 
 PROGRAM = "mjxwalk"
 WRONG_INPUT = 2
@@ -62,6 +62,11 @@ def run(program: str, command: type[Command], args: Sequence[str] | None = None)
         # The reader, such as `head`, has had enough; Python would complain when it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return WRONG_INPUT
+    except Exception as error:
+        told = outgrown(error)
+        if told is None:
+            raise
+        return _fail(program.split()[0], told)
 
 
 def _fail(program: str, message: str) -> int:

@@ -1,30 +1,57 @@
 """What a population takes of the machine's memory, found out before it is taken."""
 
 import math
-import os
 from typing import Any
 
 import jax
 
-from mjxwalk.runs import RunError
+from mjxwalk import budget
+from mjxwalk.evolution.goal import NUM_CANDIDATES
+
+OUTCOME = 32  # bytes of what a trial gives, as many as `Outcome` has
 
 
 def check(arrays: Any) -> None:
-    """Returns if arrays fit into this machine's memory.
-
-    XLA ends the process where they do not, and the system does where they do so barely.
+    """Raises RunError unless arrays fit into this machine's memory.
 
     Args:
       arrays: anything with their shapes and types.
-
-    Raises:
-      RunError: they do not.
     """
     # One at a time of these is enough to be sure; how many more there are depends on the strategy.
-    needed = sum(math.prod(leaf.shape) * leaf.dtype.itemsize for leaf in jax.tree.leaves(arrays))
-    available = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if needed > available:
-        raise RunError(
-            f"the population and its strategy take {needed / 1e9:.3g} GB, and this machine has "
-            f"{available / 1e9:.3g} GB of memory; set a smaller --population"
-        )
+    budget.check(
+        _bytes(arrays), "the population and its strategy take", "set a smaller --population"
+    )
+
+
+def check_settings(experiment: Any) -> None:
+    """Raises RunError unless the trials of a generation, and of the goal, fit into memory.
+
+    It computes nothing, so that it can be asked before anything is made.
+
+    Args:
+      experiment: an `Evolvable`.
+    """
+    goal, size = experiment.goal, getattr(experiment, "population_size", 1)
+    terrain = getattr(getattr(experiment, "env", None), "terrain", None)
+    rounds = (
+        (size, experiment.terrains_per_evaluation),
+        (NUM_CANDIDATES, goal.trials),
+        (1, goal.fine_trials),
+    )
+    for walkers, terrains in rounds:
+        check_trials(experiment.template(), walkers, terrains)
+        budget.check_grounds(terrain, terrains)
+
+
+def check_trials(genotype: Any, walkers: int, terrains: int) -> None:
+    """Raises RunError unless walkers fit into memory, with a copy for each of their terrains."""
+    budget.check(
+        float(walkers) * terrains * (_bytes(genotype) + OUTCOME),
+        f"{walkers:,} walkers on {terrains:,} terrains each take",
+        "set a smaller --population, or fewer terrains or trials",
+    )
+
+
+def _bytes(arrays: Any) -> int:
+    leaves = jax.tree.leaves(arrays)
+    return sum(math.prod(leaf.shape) * leaf.dtype.itemsize for leaf in leaves)

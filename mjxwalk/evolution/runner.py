@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mjxwalk import evaluation, tournament, walkers
-from mjxwalk.evolution import loop, starting, team
+from mjxwalk.evolution import loop, memory, starting, team
 from mjxwalk.progress import Progress
 from mjxwalk.runs import Config, RunError, config, folder, manifest, result, start
 from mjxwalk.runs import study as studies
@@ -159,6 +159,7 @@ def _start_phase(path: Path, study: StudyConfig, number: int) -> tuple[Config, S
 
 
 def _evaluator(settings: Config, engine: str) -> Any:
+    memory.check_settings(settings.experiment)
     try:
         settings.experiment.make_strategy()  # checks its options, which a file may have any in
         return evaluation.make_evaluator(settings.experiment, engine)

@@ -8,11 +8,10 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk import strategies
+from mjxwalk import budget, strategies
 from mjxwalk.controllers import CtrnnWalker, LinearReactive, SpatialReactive
 from mjxwalk.controllers.rayleigh_walker import RayleighWalker
-from mjxwalk.envs import Flame, Planar7, Reil, Terrain
-from mjxwalk.envs.checks import positive
+from mjxwalk.envs import Flame, Planar7, Reil, Terrain, checks
 from mjxwalk.evolution.goal import Goal
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.ramp import RoughnessRamp
@@ -82,7 +81,7 @@ class Experiment:
     pruning: Pruning | None = None
 
     def __post_init__(self) -> None:
-        positive(self, "population_size", "generations", "terrains_per_evaluation")
+        checks.count(self, "population_size", "generations", "terrains_per_evaluation")
         if self.start not in ("zero", "winner", "mean", "population"):
             raise ValueError(f"start must be zero, winner, mean or population, got {self.start!r}")
         if self.restart_after is not None and (self.pruning or self.start == "population"):
@@ -91,6 +90,8 @@ class Experiment:
                 f"restart would lose what was evolved before, got {self.restart_after}"
             )
         self._arena()
+        if self.goal.is_fine:
+            self.finer(self.goal.fine_factor)  # refuses too short a step
 
     def _arena(self) -> Planar7 | Flame | Reil:
         env = self.env
@@ -176,8 +177,13 @@ class Experiment:
     def sample_terrains(
         self, key: PRNGKeyArray, num: int, roughness: float | None = None
     ) -> Float[Array, " terrain *node"]:
-        """Returns terrains, heights in m; of the environment's own roughness if none is given."""
+        """Returns terrains, heights in m; of the environment's own roughness if none is given.
+
+        Raises:
+          RunError: they do not fit into memory.
+        """
         terrain = self.env.terrain
+        budget.check_grounds(terrain, num)
         if roughness is not None and roughness != terrain.roughness:
             terrain = dataclasses.replace(terrain, roughness=roughness)
         return terrain.sample(key, num)
@@ -191,7 +197,8 @@ class Experiment:
     def finer(self, factor: int) -> "Experiment":
         """Returns the experiment with its time step divided by a factor."""
         env = dataclasses.replace(self.env, timestep=self.env.timestep / factor)
-        return dataclasses.replace(self, env=env)
+        goal = dataclasses.replace(self.goal, fine_trials=0)  # which are these
+        return dataclasses.replace(self, env=env, goal=goal)
 
     def rollout(self, genotype: Any, terrain: Terrain) -> Outcome:
         """Returns what one walker does on one terrain."""

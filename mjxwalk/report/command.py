@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 import tyro
 
+from mjxwalk import budget
 from mjxwalk.cli.parsing import Seed
 from mjxwalk.errors import RunError
 
@@ -45,6 +46,7 @@ class Report:
         """
         if self.trials < 0:
             raise RunError(f"--trials must not be negative, got {self.trials}")
+        budget.check_asked("--trials", self.trials)
         _check(self.run_folders)
         from mjxwalk import engines
         from mjxwalk.report import building, page

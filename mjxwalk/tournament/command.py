@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import tyro
 
-from mjxwalk import outputs
+from mjxwalk import budget, outputs
 from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament import TERRAINS
@@ -79,6 +79,7 @@ class HoldTournament:
 
         if self.terrains < 1:
             raise RunError(f"--terrains must be at least 1, got {self.terrains}")
+        budget.check_asked("--terrains", self.terrains)
         walkers.check(self.source)
         if self.json is not None:
             outputs.check(self.json, "--json")

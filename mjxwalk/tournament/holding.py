@@ -7,7 +7,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray, Shaped
 
-from mjxwalk import evaluation
+from mjxwalk import budget, evaluation
 from mjxwalk.evaluation import TABLE_ROWS
 from mjxwalk.evolution.measuring import cost_of_transport
 from mjxwalk.rollout import Outcome
@@ -46,6 +46,7 @@ def hold(
     """
     _check(entrants, seed=seed, screening=screening, terrains=terrains)
     experiment, keys = entrants.experiment.tried(), draw_keys(seed)
+    budget.check_grounds(getattr(experiment.env, "terrain", None), terrains)
     evaluator = evaluation.make_evaluator(experiment, engine)
     place = 0
     if len(entrants) > 1:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import tyro
 
-from mjxwalk import outputs
+from mjxwalk import budget, outputs
 from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament.command import Source
@@ -80,6 +80,7 @@ class Verify:
 
         if self.terrains < 1:
             raise RunError(f"--terrains must be at least 1, got {self.terrains}")
+        budget.check_asked("--terrains", self.terrains)
         if self.roughness is not None and self.roughness < 0:
             raise RunError(f"--roughness must not be negative, got {self.roughness}")
         walkers.check(self.source)

@@ -1,0 +1,70 @@
+"""How much memory a process may take, so that what asks for more is refused before it is taken.
+
+Where memory runs out the system or XLA ends the process, at some time, without a word.
+"""
+
+import math
+import os
+import resource
+from pathlib import Path
+
+from mjxwalk.errors import RunError
+
+# Of control groups, in which containers and jobs run, by their versions 2 and 1.
+GROUP_LIMITS = ("memory.max", "memory/memory.limit_in_bytes")
+MOST_TRIALS = 1_000_000  # of one walker; ours: days
+TABLE_COPIES = 3  # of grounds at a time; ours: what is drawn, what is summed, and the result
+
+
+def available() -> int:
+    """Returns how many bytes this process may take: the machine's, or fewer where it has a limit.
+
+    Others may have taken some of them.
+    """
+    limits = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
+    for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA):
+        soft, _ = resource.getrlimit(kind)
+        limits += [] if soft == resource.RLIM_INFINITY else [soft]
+    for name in GROUP_LIMITS:
+        try:
+            limits.append(int(Path("/sys/fs/cgroup", name).read_text()))
+        except (OSError, ValueError):  # no such group, or the word "max"
+            continue
+    return min(limits)
+
+
+def check(needed: int | float, what: str, instead: str) -> None:
+    """Raises RunError unless so many bytes fit into the memory that this process may take.
+
+    Args:
+      needed: bytes.
+      what: takes them, with its verb.
+      instead: what to do, as an imperative.
+    """
+    if needed > available():
+        raise RunError(
+            f"{what} {needed / 1e9:.3g} GB, and this process may have {available() / 1e9:.3g} GB "
+            f"of memory; {instead}"
+        )
+
+
+def check_asked(flag: str, trials: int) -> None:
+    """Raises RunError unless a walker can be tried as often as an argument asks for."""
+    if trials > MOST_TRIALS:
+        raise RunError(f"{flag} must be at most {MOST_TRIALS:,}, got {trials:,}")
+
+
+def check_grounds(terrain: object, num: int) -> None:
+    """Raises RunError unless so many grounds fit into memory.
+
+    Args:
+      terrain: settings of them, with `num_nodes` where they have nodes.
+      num: of grounds.
+    """
+    nodes = getattr(terrain, "num_nodes", 1)
+    floats = num * (math.prod(nodes) if isinstance(nodes, tuple) else nodes)
+    check(
+        4.0 * TABLE_COPIES * floats,
+        f"{num:,} terrains take",
+        "ask for fewer terrains or trials, or for shorter ones (env.terrain.length)",
+    )
