@@ -23,7 +23,7 @@ from mjxwalk.cli.parsing import (
     Seed,
 )
 from mjxwalk.errors import Interrupted, RunError, near
-from mjxwalk.experiments.scaling import LARGEST, SMALLEST
+from mjxwalk.experiments.scaling import LARGEST
 from mjxwalk.watch.following import Following
 
 if TYPE_CHECKING:
@@ -165,8 +165,10 @@ class Evolve(Together, Following):
             value = getattr(self, flag)
             if isinstance(value, int) and value < 1:
                 raise RunError(f"--{flag.replace('_', '-')} must be at least 1, got {value}")
-        if not SMALLEST <= self.scale <= LARGEST:
-            raise RunError(f"--scale must be from {SMALLEST:g} to {LARGEST:g}, got {self.scale}")
+        if not 0 < self.scale <= LARGEST:
+            raise RunError(
+                f"--scale must be a number above 0 and at most {LARGEST:g}, got {self.scale}"
+            )
         if self.body is not None:
             own_body.check(self.body)
         for assignment in self.set:

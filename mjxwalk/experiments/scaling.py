@@ -1,12 +1,14 @@
 """A smaller or larger edition of an experiment, for a first look."""
 
 import dataclasses
+import math
 from typing import Any, TypeVar, cast
 
 # ours: below these a phase loses its structure: parents to choose from, something to compare with.
 SMALLEST_POPULATION = 10
 FEWEST_GENERATIONS = 2
-SMALLEST, LARGEST = 1e-4, 1e4  # factors; ours: a generation of the default, and days of it
+LARGEST = 1e4  # factor; ours: days of a generation of the default
+STEEPEST = 1e9  # of a ramp, which is at its end after one step; ours
 
 T = TypeVar("T")
 
@@ -22,8 +24,8 @@ def scaled(experiment: T, factor: float) -> T:
     Raises:
       ValueError: the factor is too small or too large.
     """
-    if not SMALLEST <= factor <= LARGEST:
-        raise ValueError(f"scale must be from {SMALLEST:g} to {LARGEST:g}, got {factor}")
+    if not 0 < factor <= LARGEST:
+        raise ValueError(f"scale must be above 0 and at most {LARGEST:g}, got {factor}")
     given = cast("Any", experiment)
 
     def count(value: int, fewest: int = 1) -> int:
@@ -43,7 +45,9 @@ def scaled(experiment: T, factor: float) -> T:
     if getattr(given, "ramp", None) is not None:
         ramp = given.ramp
         # As far in fewer generations.
-        changes["ramp"] = dataclasses.replace(ramp, factor=ramp.factor ** (1 / factor))
+        is_steep = math.log(ramp.factor) / factor > math.log(STEEPEST)
+        steeper = STEEPEST if is_steep else ramp.factor ** (1 / factor)
+        changes["ramp"] = dataclasses.replace(ramp, factor=steeper)
     if getattr(given, "restart_after", None) is not None:
         after = count(given.restart_after, FEWEST_GENERATIONS)
         changes["restart_after"] = after

@@ -201,8 +201,8 @@ def test_an_experiment_that_starts_from_zero_may_start_from_a_winner(whole: Path
     [
         (["toys", "--from", "x"], "toys is a study and starts from zero; --from is for one of"),
         (["toys", "--generations", "5"], "use --scale, or --set PHASE.generations=NUMBER"),
-        (["toys", "--scale", "0"], "--scale must be from 0.0001 to 10000, got 0.0"),
-        (["toys", "--scale", "nan"], "--scale must be from 0.0001 to 10000, got nan"),
+        (["toys", "--scale", "0"], "--scale must be a number above 0 and at most 10000, got 0.0"),
+        (["toys", "--scale", "nan"], "--scale must be a number above 0 and at most 10000, got nan"),
         (["toys", "--set", "env.friction=1"], "--set of a study needs PHASE.PATH=VALUE"),
         (["toys", "--set", "neer.env.friction=1"], "did you mean near"),
         (["toys", "--set", "near.env.frction=1"], "unknown setting env.frction"),

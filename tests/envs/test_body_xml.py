@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mjxwalk.envs import body_xml, flame_body, planar7_body, reil_body
+from mjxwalk.envs import body_file, body_xml, flame_body, planar7_body, reil_body
+from mjxwalk.envs._mujoco import compiled as compiled_body
 from mjxwalk.envs._mujoco import mujoco
 
 CHILD = (Path(__file__).parents[2] / "docs/bodies/child.xml").read_text()
@@ -188,3 +189,27 @@ def test_a_text_is_read_whatever_it_says_of_its_encoding() -> None:
         text = f'<?xml version="1.0" encoding="{said}"?>\n{CHILD}'
         assert body_xml.checked(text) == body_xml.checked(CHILD)
     assert body_xml.checked(f"\ufeff{CHILD}") == body_xml.checked(CHILD)
+
+
+ODD = ("0", "-1", "1e10", "1e-300", "", "true", "free", "1 2 3", "2147483648", " 9" * 300)
+
+
+@pytest.mark.parametrize("value", ODD, ids=lambda value: value[:10])
+def test_whatever_is_allowed_is_a_body_or_refused(value: str) -> None:
+    taken = 0
+    for element, attributes in body_xml.ALLOWED.items():
+        for attribute in sorted(attributes):
+            with_it, num = re.subn(
+                rf"<{element}(?=[ />])", f'<{element} {attribute}="{value}"', CHILD
+            )
+            text = (
+                with_it
+                if num
+                else CHILD.replace(INSIDE, f'<{element} {attribute}="{value}"/>{INSIDE}')
+            )
+            try:
+                compiled_body(body_file.read(text))
+                taken += 1
+            except ValueError as refusal:
+                assert str(refusal)
+    assert taken < sum(map(len, body_xml.ALLOWED.values()))

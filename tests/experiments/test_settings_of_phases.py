@@ -13,7 +13,7 @@ from mjxwalk import experiments
 from mjxwalk.controllers.linear_reactive import INPUTS, NETWORKS, local_links
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.ramp import RoughnessRamp
-from mjxwalk.experiments.scaling import scaled
+from mjxwalk.experiments.scaling import STEEPEST, scaled
 from mjxwalk.experiments.solomon import RAMP
 from mjxwalk.experiments.study import Study
 
@@ -107,9 +107,10 @@ def test_scaling_keeps_the_structure() -> None:
     lpd = scaled(experiments.get("planar-lpd"), 1e-9)
     assert (lpd.restart_after, lpd.restart_at) == (2, 3)
     assert scaled(LPD, 1.0) == LPD
+    assert scaled(ROUGH, 1e-9).ramp == dataclasses.replace(RAMP, factor=STEEPEST)
     # What is smaller than a floor already is not raised to it.
     assert scaled(toy.Toy(population_size=4), 0.5).population_size == 4
-    with pytest.raises(ValueError, match="scale must be from 0.0001 to 10000, got -1.0"):
+    with pytest.raises(ValueError, match="scale must be above 0 and at most 10000, got -1.0"):
         scaled(LPD, -1.0)
 
 
