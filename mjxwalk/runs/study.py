@@ -1,6 +1,7 @@
 """A study on disk: a folder with `study.json` and one run's folder for each phase."""
 
 import dataclasses
+import re
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import msgspec
 
 from mjxwalk import settings
 from mjxwalk.errors import RunError
+from mjxwalk.experiments.scaling import LARGEST
 from mjxwalk.runs import config, files, sealing
 from mjxwalk.runs.config import Config
 from mjxwalk.runs.locking import LOCK_FILE, locked
@@ -42,6 +44,14 @@ class StudyConfig:
     scale: float = 1.0
 
     def __post_init__(self) -> None:
+        if not self.phases:
+            raise ValueError("phases must be one at least, got none")
+        for name, _ in self.phases:
+            # A folder is called like it.
+            if not re.fullmatch(r"[A-Za-z0-9_-]{1,100}", name):
+                raise ValueError(f"phases must be named by letters, digits and -, got {name!r}")
+        if not 0 < self.scale <= LARGEST:
+            raise ValueError(f"scale must be above 0 and at most {LARGEST:g}, got {self.scale}")
         self.run(0)  # checks seed, keep and save_every
 
     def run(self, number: int) -> Config:

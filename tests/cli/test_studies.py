@@ -261,6 +261,12 @@ def test_a_study_s_settings_read_back_equal_and_damage_is_one_sentence(tmp_path:
         ({"schema": 9}, "version 9"),
         ({"colour": 1}, "colour"),
         ({"keep": 0}, "keep must be from 1 to"),
+        ({"scale": 1e9}, "scale must be above 0 and at most 10000, got 1000000000.0"),
+        ({"phases": []}, "phases must be one at least"),
+        (
+            {"phases": [{**data["phases"][0], "name": "a/../../../elsewhere"}]},
+            "phases must be named by letters, digits and -",
+        ),
         ({"phases": [{"name": "zero", "experiment": {"name": "toys/zero"}}]}, "is missing"),
     ):
         file.write_bytes(msgspec.json.encode({**data, **changes}))
