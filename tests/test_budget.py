@@ -1,5 +1,6 @@
 """Tests of what is measured before memory is taken, and of the doors that ask for it."""
 
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -11,6 +12,7 @@ from mjxwalk import budget, experiments, replay
 from mjxwalk.envs import RandomWalk, SerpentineWalk, Terrain, TrialVariation
 from mjxwalk.errors import RunError
 from mjxwalk.evolution import memory
+from mjxwalk.video import filming
 
 GIGABYTE = 1_000_000_000
 
@@ -80,3 +82,14 @@ def test_no_walker_is_tried_more_often_than_anybody_waits() -> None:
     budget.check_asked("--trials", budget.MOST_TRIALS)
     with pytest.raises(RunError, match="--trials must be at most 1,000,000, got 1,000,001"):
         budget.check_asked("--trials", budget.MOST_TRIALS + 1)
+
+
+def test_a_gif_that_does_not_fit_is_not_kept(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    picture = np.zeros((10, 20, 3), np.uint8)
+    monkeypatch.setattr(budget, "available", lambda: 1_000)  # two of these, twice
+    write = filming._write_gif  # pyright: ignore[reportPrivateUsage]
+    write(tmp_path / "a.gif", iter([picture] * 2), 25.0, (20, 10))
+    with pytest.raises(RunError, match="3 pictures of a gif take .* film fewer seconds"):
+        write(tmp_path / "b.gif", iter([picture] * 3), 25.0, (20, 10))

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 from jaxtyping import UInt8
 
-from mjxwalk import outputs, replay
+from mjxwalk import budget, outputs, replay
 from mjxwalk.envs import Flame, Terrain
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
@@ -152,6 +152,12 @@ def _write_gif(
     from PIL import Image
 
     del size  # the pictures have it
-    first, *others = (Image.fromarray(picture).quantize(128) for picture in pictures)
+    drawn: list[Any] = []
+    for picture in pictures:
+        # Pillow writes a gif whole; a byte a pixel, and once more as it is written.
+        room = 2 * picture.size // 3 * (len(drawn) + 1)
+        budget.check(room, f"{len(drawn) + 1:,} pictures of a gif take", "film fewer seconds")
+        drawn.append(Image.fromarray(picture).quantize(128))
+    first, *others = drawn
     milliseconds = round(1000 / frames_per_second)
     first.save(path, save_all=True, append_images=others, duration=milliseconds, loop=0)
