@@ -67,7 +67,7 @@ def test_config_reads_back_equal(tmp_path: Path) -> None:
         ({"seed": "three"}, "seed"),
         ({"seed": -1}, "seed must be from 0"),
         ({"colour": 1}, "colour"),
-        ({"keep": 0}, "keep must be at least 1, got 0"),
+        ({"keep": 0}, "keep must be from 1 to 2147483647, got 0"),
         ({"schema": 99}, "version 99"),
         ({"seed": 1}, "was changed since it was written"),
         ({"digest": None}, "was changed since it was written"),
