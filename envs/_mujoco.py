@@ -7,8 +7,8 @@ the process is in, again for every time that it warns; here each is told once.
 import contextlib
 import functools
 import io
-import re
 import sys
+import threading
 import warnings
 from collections.abc import Generator
 from typing import Any
@@ -21,6 +21,8 @@ with contextlib.redirect_stdout(io.StringIO()):
 
 mujoco: Any = _mujoco
 mjx: Any = _mjx
+
+_compiling = threading.Lock()  # Python hears the warnings of one thread at a time
 
 # What MuJoCo and MJX raise of a model that they cannot take.
 _REFUSALS = (
@@ -52,8 +54,13 @@ def compiled(spec: Any) -> Any:
     Raises:
       ValueError: MuJoCo cannot compile it.
     """
-    with refusing("MuJoCo cannot compile it"):
-        return spec.compile()
+    with _compiling, warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        with refusing("MuJoCo cannot compile it"):
+            model = spec.compile()
+    for each in heard:
+        _hear(str(each.message))
+    return model
 
 
 @functools.cache
@@ -66,7 +73,5 @@ def _hear(text: str) -> None:
     _tell(" ".join(text.partition(" Time = ")[0].split()))
 
 
-# The binding repeats what MuJoCo warns of as it compiles.
-warnings.filterwarnings("ignore", category=UserWarning, module=re.escape(__name__))
 if mujoco.get_mju_user_warning() is None:  # else whoever else uses MuJoCo here hears them
     mujoco.set_mju_user_warning(_hear)

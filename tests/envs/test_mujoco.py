@@ -39,6 +39,7 @@ class Spec:
         # As the binding does, beside what MuJoCo itself says.
         _mujoco._hear("Inertia matrix is too close to singular. Time = 0.0000.")
         warnings.warn("Inertia matrix is too close to singular. Time = 0.0000.", stacklevel=2)
+        warnings.warn("A word is old.", stacklevel=2)
 for _ in range(3):
     _mujoco.compiled(Spec())
 warnings.warn("another's")
@@ -49,8 +50,9 @@ def test_a_warning_of_the_compiler_is_told_once() -> None:
     ran = subprocess.run(
         [sys.executable, "-c", COMPILING], capture_output=True, text=True, check=True
     )
-    told, others = ran.stderr.splitlines()
+    told, by_python, others = ran.stderr.splitlines()
     assert told == "mjxwalk: MuJoCo warns: Inertia matrix is too close to singular."
+    assert by_python == "mjxwalk: MuJoCo warns: A word is old."
     assert others.endswith("UserWarning: another's")
 
 
