@@ -52,7 +52,7 @@ def _content(path: Path) -> bytes:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode) or not cache_folder.is_private(status):
             return b""
-        return file.read(MOST_BYTES)
+        return file.read(min(MOST_BYTES, status.st_size))
 
 
 def _checksum(name: str, rest: bytes) -> bytes:
