@@ -28,3 +28,13 @@ def test_the_library_example_finds_the_optimum() -> None:
 def test_links_lead_to_files() -> None:
     for target in re.findall(r"\]\(([^)#]+)\)", README):
         assert (ROOT / target).exists(), target
+
+
+def test_every_promise_of_security_names_tests_that_exist() -> None:
+    promises = (ROOT / "SECURITY.md").read_text().partition("## What is promised")[2]
+    promises = promises.partition("## What is trusted")[0]
+    paragraphs = [each for each in promises.split("\n\n") if "**" in each]
+    assert len(paragraphs) > 9
+    for paragraph in paragraphs:
+        named = re.findall(r"`(tests/[\w/]+\.py)`", paragraph)
+        assert named and all((ROOT / name).is_file() for name in named), paragraph
