@@ -6,6 +6,7 @@ from collections import deque
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+from mjxwalk import shell
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Config, Metrics, Result
 
@@ -171,7 +172,7 @@ def closing(path: Path, config: Config, result: Result) -> list[str]:
             f"champion of generation {champion.generation}, errors in {config.experiment.unit}: "
             f"{found}",
             f"in {path}",
-            f"next: mjxwalk report {path}",
+            f"next: {shell.command('report', path)}",
         ]
     return [
         evolved,
@@ -180,8 +181,8 @@ def closing(path: Path, config: Config, result: Result) -> list[str]:
         f"{_number(champion.cost_of_transport)}, falls in {champion.fall_rate:.0%} of "
         f"{champion.terrains} new trials",
         f"in {path}",
-        f"next: python scripts/plot_fitness.py {path}",
-        f"      python scripts/champion.py {path}",
+        f"next: {shell.command('report', path)}",
+        f"      {shell.command('watch', path)}",
     ]
 
 

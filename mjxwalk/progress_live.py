@@ -31,7 +31,7 @@ class LiveProgress:
         self._clock = Clock(self._total)
         self._experiment = config.experiment
         first, *rest = opening(path, config, evaluator)
-        self._console.print(terminal.visible(first), style="bold", markup=False)
+        self._console.print(terminal.visible(first), style="bold", markup=False, soft_wrap=True)
         for line in rest:
             self.say(line)
         waiting = Text("compiling and evaluating the first generation ...", style="dim")
@@ -48,7 +48,8 @@ class LiveProgress:
 
     def say(self, text: str) -> None:
         """Prints a sentence above the display."""
-        self._console.print(terminal.visible(text), markup=False)
+        # Not broken where the terminal ends: what is to be typed is copied from there.
+        self._console.print(terminal.visible(text), markup=False, soft_wrap=True)
 
     def close(self) -> None:
         """Leaves the last figures on the terminal."""
@@ -59,9 +60,8 @@ class LiveProgress:
     def finish(self, path: Path, config: Config, result: Result) -> None:
         """Prints the closing lines."""
         for number, line in enumerate(closing(path, config, result)):
-            self._console.print(
-                terminal.visible(line), style="bold" if number == 1 else "", markup=False
-            )
+            style = "bold" if number == 1 else ""
+            self._console.print(terminal.visible(line), style=style, markup=False, soft_wrap=True)
 
     def _render(self, line: Metrics) -> Group:
         bar = Table.grid(padding=(0, 1))

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from mjxwalk import outputs
+from mjxwalk import installing, outputs
 from mjxwalk.errors import RunError
 
 
@@ -60,7 +60,8 @@ class Bench:
             numbers = comparing.measure_and_show(self.quick, _say)
         except ImportError as error:
             raise RunError(
-                f"comparing strategies needs evosax, pip install evosax: {error}"
+                f"comparing strategies needs evosax ({error}); add it with: "
+                f"{installing.command('evosax')}"
             ) from None
         if self.json is not None:
             outputs.write(self.json, as_json(numbers))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from mjxwalk import experiments, terminal
+from mjxwalk import experiments, shell, terminal
 from mjxwalk.cli import own_body
 from mjxwalk.cli.parsing import (
     CountOrAll,
@@ -276,9 +276,10 @@ def _work(path: Path, job: Job, together: Evolve | Resume) -> int:
             os._exit(2)
         except Interrupted as stop:
             progress.close()
-            progress.say(f"{stop}; go on with: mjxwalk resume {path}")
+            progress.say(f"{stop}; go on with: {shell.command('resume', path)}")
         except KeyboardInterrupt:
             progress.close()
             begun = any((path / name).exists() for name in ("config.json", "study.json"))
-            progress.say(f"stopped; go on with: mjxwalk resume {path}" if begun else "stopped")
+            go_on = f"; go on with: {shell.command('resume', path)}" if begun else ""
+            progress.say(f"stopped{go_on}")
     return 128 + interrupt.signal

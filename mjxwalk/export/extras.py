@@ -3,6 +3,7 @@
 import importlib
 from typing import Any
 
+from mjxwalk import installing
 from mjxwalk.errors import RunError
 
 
@@ -22,6 +23,6 @@ def load(module: str, extra: str, purpose: str) -> Any:
     except ImportError:
         package = module.partition(".")[0].replace("_", "-")
         raise RunError(
-            f"{purpose} needs {package}, which is not installed; add it with: python -m pip "
-            f'install "mjxwalk[{extra}]"'
+            f"{purpose} needs {package}, which is not installed; add it with: "
+            f"{installing.of_extra(extra)}"
         ) from None

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from mjxwalk import budget
+from mjxwalk import budget, shell
 from mjxwalk.cli.parsing import Seed
 from mjxwalk.errors import RunError
 
@@ -99,7 +99,9 @@ def _check(paths: Sequence[Path]) -> None:
             walkers.check(path)
             places = [path]
         if not any(metrics.read(place) for place in places):
-            raise RunError(f"{path} has no generation yet; evolve it: mjxwalk resume {path}")
+            raise RunError(
+                f"{path} has no generation yet; evolve it: {shell.command('resume', path)}"
+            )
 
 
 def _say(text: str) -> None:

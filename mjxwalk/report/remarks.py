@@ -1,9 +1,10 @@
 """What a reader has to know before believing a report: what is missing, short, or doubtful."""
 
-import shlex
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+from mjxwalk import shell
 from mjxwalk.analysis import paper
 from mjxwalk.report.parts import Remark
 from mjxwalk.report.ran import state
@@ -56,7 +57,7 @@ def find(sources: Sequence[Source], variants: Mapping[str, Sequence[Phase]]) -> 
 
 
 def _command(name: str, folder: str) -> str:
-    return shlex.join(["mjxwalk", name, folder])
+    return shell.command(name, Path(folder))
 
 
 def _cut(phases: Sequence[Phase]) -> Items:

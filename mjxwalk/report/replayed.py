@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 
+from mjxwalk import shell
 from mjxwalk.report.parts import Replay, Section
 from mjxwalk.report.recorded import Recorded
 from mjxwalk.report.sources import Phase
@@ -43,7 +44,7 @@ def section(
             "Press play, or turn it with the mouse. It is drawn from the coordinates of a trial on "
             "new ground; left is blue, right is orange, and the green arrow is the ground's force.",
         ),
-        commands=(f"mjxwalk watch {phase.run.path}",),
+        commands=(shell.command("watch", phase.run.path),),
         parts=(
             Replay(
                 name="replay",

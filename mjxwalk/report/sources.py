@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from mjxwalk import runs, settings, terminal, tournament, walkers
+from mjxwalk import runs, settings, shell, terminal, tournament, walkers
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, folder, metrics, study
 from mjxwalk.tournament import Tournament
@@ -99,7 +99,7 @@ def read(path: Path) -> Source:
         else:
             missing.append(name)
     if not phases:
-        raise RunError(f"{path} has no generation yet; evolve it: mjxwalk resume {path}")
+        raise RunError(f"{path} has no generation yet; evolve it: {shell.command('resume', path)}")
     return Source(path=path, study=given, phases=tuple(phases), missing=tuple(missing))
 
 

@@ -4,6 +4,7 @@ import datetime
 import itertools
 from pathlib import Path
 
+from mjxwalk import shell
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, files, start, study
 from mjxwalk.runs.config import Config
@@ -35,8 +36,8 @@ def check_free(path: Path) -> None:
     if (path / config.FILE).exists() or study.is_study(path):
         kind = "study" if study.is_study(path) else "run"
         raise RunError(
-            f"{path} already holds a {kind}; continue it with `mjxwalk resume {path}` or choose "
-            "another --out"
+            f"{path} already holds a {kind}; continue it with `{shell.command('resume', path)}` or "
+            "choose another --out"
         )
     if path.exists() and (
         not path.is_dir() or any(each.name not in BEGUN for each in path.iterdir())

@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from mjxwalk import settings
+from mjxwalk import settings, shell
 from mjxwalk.errors import RunError
 from mjxwalk.experiments.scaling import LARGEST
 from mjxwalk.runs import config, files, sealing
@@ -108,8 +108,8 @@ def check_free(path: Path) -> None:
     """
     if is_study(path):
         raise RunError(
-            f"{path} already holds a study; continue it with `mjxwalk resume {path}` or choose "
-            "another --out"
+            f"{path} already holds a study; continue it with `{shell.command('resume', path)}` or "
+            "choose another --out"
         )
     if path.exists() and (
         not path.is_dir() or any(each.name not in BEGUN for each in path.iterdir())

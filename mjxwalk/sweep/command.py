@@ -1,11 +1,10 @@
 """`mjxwalk sweep`."""
 
 import dataclasses
-import shlex
 from pathlib import Path
 from typing import Literal
 
-from mjxwalk import experiments
+from mjxwalk import experiments, shell
 from mjxwalk.cli.evolve import Evolve
 from mjxwalk.cli.parsing import CoresOrShare, GigabytesOrAll, NameOrDefault, SweepPath
 from mjxwalk.errors import Interrupted, RunError
@@ -137,7 +136,7 @@ def go_on(path: Path, plan: Plan) -> int:
       RunError: its executor is not there, or a run failed.
     """
     from mjxwalk.cli.interrupt import Interrupt
-    from mjxwalk.sweep import running, showing
+    from mjxwalk.sweep import reporting, running, showing
 
     display = showing.make_display()
     with Interrupt(display.say) as interrupt:
@@ -145,12 +144,11 @@ def go_on(path: Path, plan: Plan) -> int:
             rows = running.go_on(path, plan, display, interrupt.requested)
         except (Interrupted, KeyboardInterrupt) as stop:
             display.close()
-            again = shlex.join(["mjxwalk", "resume", str(path)])
-            display.say(f"{stop or 'stopped'}; go on with: {again}")
+            display.say(f"{stop or 'stopped'}; go on with: {shell.command('resume', path)}")
             return 128 + interrupt.signal
     display.say(showing.summary(rows, None))
     running.check_ended(path, rows)
     display.say(f"in {path}")
-    for command in showing.reports(path, rows):
-        display.say(command)
+    for number, line in enumerate(reporting.commands(path, plan)):
+        display.say(f"{'      ' if number else 'next: '}{line}")
     return 0

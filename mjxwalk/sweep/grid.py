@@ -60,11 +60,6 @@ def grid(asked: Evolve, seeds: int) -> dict[str, Evolve]:
     return runs
 
 
-def combinations(names: Iterable[str]) -> list[str]:
-    """Returns what the names of runs that differ in their seeds alone begin with."""
-    return list(dict.fromkeys("".join(name.rpartition(SEED)[:2]) or name for name in names))
-
-
 def arguments(asked: Evolve) -> list[str]:
     """Returns the arguments of `mjxwalk evolve` that ask for the same."""
     found = [asked.experiment]

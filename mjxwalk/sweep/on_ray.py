@@ -6,6 +6,7 @@ import subprocess
 import sys
 from typing import Any
 
+from mjxwalk import installing
 from mjxwalk.errors import RunError, first_line
 from mjxwalk.sweep.executors import GIGABYTE, Job
 from mjxwalk.sweep.plan import Resources
@@ -29,7 +30,8 @@ class OnRay:
             ray = importlib.import_module("ray")  # an extra, which may not be there
         except ImportError:
             raise RunError(
-                "--executor ray needs Ray, which is not installed; pip install 'mjxwalk[ray]'"
+                "--executor ray needs Ray, which is not installed; add it with: "
+                f"{installing.of_extra('ray')}"
             ) from None
         self._ray: Any = ray  # its own types are partly unknown
         address = resources.address or "auto"

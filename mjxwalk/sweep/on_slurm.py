@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+from mjxwalk import installing
 from mjxwalk.errors import RunError, first_line
 from mjxwalk.sweep.executors import Job
 from mjxwalk.sweep.plan import Resources
@@ -29,8 +30,8 @@ class OnSlurm:
             submitit = importlib.import_module("submitit")  # an extra
         except ImportError:
             raise RunError(
-                "--executor slurm needs submitit, which is not installed; "
-                "pip install 'mjxwalk[slurm]'"
+                "--executor slurm needs submitit, which is not installed; add it with: "
+                f"{installing.of_extra('slurm')}"
             ) from None
         if cluster == "slurm" and shutil.which("sbatch") is None:
             raise RunError("there is no `sbatch` here; give the command where jobs are submitted")

@@ -2,13 +2,12 @@
 
 import hashlib
 import re
-import shlex
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
 
-from mjxwalk import terminal
+from mjxwalk import shell, terminal
 from mjxwalk.cli.evolve import Evolve
 from mjxwalk.cli.parsing import parse
 from mjxwalk.errors import RunError
@@ -118,7 +117,7 @@ def create(path: Path, plan: Plan) -> None:
 def _check_same(path: Path, plan: Plan) -> None:
     """Raises RunError unless the same runs are planned in a folder."""
     if read(path).runs != plan.runs:
-        again = shlex.join(["mjxwalk", "resume", str(path)])
+        again = shell.command("resume", path)
         raise RunError(
             f"{path} holds another sweep; go on with it by `{again}`, or choose another --out"
         )

@@ -1,13 +1,13 @@
 """Takes a sweep to its end: starts what waits, looks at what runs, and tells of what failed."""
 
 import dataclasses
-import shlex
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
 
+from mjxwalk import shell
 from mjxwalk.errors import Interrupted, RunError
 from mjxwalk.runs import files, folder
 from mjxwalk.sweep import executors
@@ -190,5 +190,5 @@ def check_ended(path: Path, rows: Mapping[str, Row]) -> None:
         raise RunError(
             f"{len(failed)} of {len(rows)} runs failed: {shown}; {failed[0]}: "
             f"{rows[failed[0]].reason}; what each said is in {path / LOGS}, and "
-            f"`{shlex.join(['mjxwalk', 'resume', str(path)])}` tries them again"
+            f"`{shell.command('resume', path)}` tries them again"
         )

@@ -1,9 +1,8 @@
 """A sweep in a terminal: a table that lives or, off one, plain lines."""
 
-import shlex
 import sys
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from rich.console import Console
@@ -12,11 +11,9 @@ from rich.table import Table
 
 from mjxwalk import terminal
 from mjxwalk.progress import duration
-from mjxwalk.sweep.grid import combinations
 from mjxwalk.sweep.running import Display, Row
 
 LINE_INTERVAL = 10.0  # s between plain lines that tell how far everything is
-MOST_REPORTS = 4  # commands to type next that are shown
 MOST_ROWS = 30  # of the table on a terminal: of more runs, those that run are shown
 STYLES = {"running": "cyan", "finished": "green", "failed": "red", "waiting": "dim"}
 
@@ -137,17 +134,6 @@ def summary(rows: Mapping[str, Row], left_s: float | None) -> str:
     best = [row.look.best_m for row in rows.values() if row.look.best_m is not None]
     farthest = f", best {max(best):.2f} m" if best else ""
     return f"{told}{farthest}" + (f", {duration(left_s)} left" if left_s is not None else "")
-
-
-def reports(path: Path, names: Iterable[str]) -> list[str]:
-    """Returns what to type next: a report averages over seeds, and so over one combination."""
-    commands = [
-        f"mjxwalk report {shlex.quote(f'{path}/{beginning}')}*"
-        for beginning in combinations(names)[: MOST_REPORTS + 1]
-    ]
-    if len(commands) > MOST_REPORTS:
-        commands[MOST_REPORTS] = "and so on, a report for each combination of settings"
-    return [f"{'next: ' if not n else '      '}{each}" for n, each in enumerate(commands)]
 
 
 def table(rows: Mapping[str, Row], left_s: float | None) -> Table:

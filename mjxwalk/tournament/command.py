@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import tyro
 
-from mjxwalk import budget, outputs
+from mjxwalk import budget, outputs, shell
 from mjxwalk.cli.parsing import OptionalFloat, Seed
 from mjxwalk.errors import RunError
 from mjxwalk.tournament import TERRAINS
@@ -58,7 +58,7 @@ class HoldTournament:
         if isinstance(entrants.experiment, Fitting):
             raise RunError(
                 f"{self.source} is a fit, whose figures know no chance, so there is nothing to "
-                f"compete in; see mjxwalk report {self.source}"
+                f"compete in; see {shell.command('report', Path(self.source))}"
             )
         changed = self._on_ground(entrants)
         try:

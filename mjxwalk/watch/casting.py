@@ -7,7 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from mjxwalk import runs, terminal, walkers
+from mjxwalk import runs, shell, terminal, walkers
 from mjxwalk.errors import RunError
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import checkpoints, folder
@@ -192,7 +192,8 @@ def _check_is_run(source: str | Path, what: str) -> None:
 
 def _check_walks(source: str | Path, experiment: Any) -> None:
     if isinstance(experiment, Fitting):
-        raise RunError(f"{source} is a fit, in which nothing walks; see mjxwalk report {source}")
+        report = shell.command("report", Path(source))
+        raise RunError(f"{source} is a fit, in which nothing walks; see {report}")
 
 
 def ranges(generations: Any) -> str:

@@ -4,6 +4,7 @@ import dataclasses
 import importlib.util
 from typing import TYPE_CHECKING
 
+from mjxwalk import installing
 from mjxwalk.errors import RunError
 
 if TYPE_CHECKING:
@@ -29,7 +30,10 @@ class Following:
           RunError: it is not.
         """
         if self.tensorboard and importlib.util.find_spec("tensorboardX") is None:
-            raise RunError("--tensorboard needs tensorboardX: pip install 'mjxwalk[tensorboard]'")
+            raise RunError(
+                "--tensorboard needs tensorboardX, which is not installed; add it with: "
+                f"{installing.of_extra('tensorboard')}"
+            )
 
     def followed(self, progress: "Progress") -> "Progress":
         """Returns the progress with all that is asked for around it."""

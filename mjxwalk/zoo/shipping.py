@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import mjxwalk
-from mjxwalk import runs, settings, walkers
+from mjxwalk import runs, settings, shell, walkers
 from mjxwalk.errors import RunError
 from mjxwalk.experiments import repeating
 from mjxwalk.runs.trees import flatten
@@ -30,7 +30,9 @@ def ship(path: Path, name: str, zoo: Path, *, command: str | None = None) -> Pro
     walker = walkers.best(path)
     held = results.read(path)
     if held is None or walker.rank != "winner":
-        raise RunError(f"{path} has no winner; hold a tournament: mjxwalk tournament {path}")
+        raise RunError(
+            f"{path} has no winner; hold a tournament: {shell.command('tournament', path)}"
+        )
     run = runs.load(path)
     provenance = Provenance(
         schema=entries.SCHEMA,

@@ -135,7 +135,7 @@ def test_evolve_uses_every_flag_and_tells_what_to_do_next(
     captured = capfd.readouterr()
     assert captured.err == ""
     assert "generation 2/2" in captured.out
-    assert "python scripts/plot_fitness.py a" in captured.out
+    assert "next: mjxwalk report a\n      mjxwalk watch a\n" in captured.out
     run = runs.load("a")
     assert (run.config["seed"], run.config["keep"], run.config["save_every"]) == (4, None, 2)
     experiment = run.experiment()

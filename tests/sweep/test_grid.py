@@ -8,7 +8,7 @@ import toy
 from mjxwalk.cli import main
 from mjxwalk.cli.evolve import Evolve
 from mjxwalk.cli.parsing import parse
-from mjxwalk.sweep import grid, showing
+from mjxwalk.sweep import grid
 from mjxwalk.sweep.command import Sweep
 from mjxwalk.sweep.grid import arguments
 
@@ -84,13 +84,3 @@ def test_a_sweep_may_be_gone_on_with_from_another_folder() -> None:
     assert asked.anywhere().body == Path.cwd() / "b.xml"
     assert asked.anywhere().source == str(Path.cwd() / "a")
     assert Sweep(experiment="toy", source="zoo:a").anywhere().source == "zoo:a"
-
-
-def test_what_is_to_be_typed_next_names_runs_that_can_be_averaged() -> None:
-    asked = Evolve(experiment="toy", set=("a.b=1,2",))
-    assert showing.reports(Path("my sweep"), grid(asked, 3)) == [
-        "next: mjxwalk report 'my sweep/b-1-seed-'*",
-        "      mjxwalk report 'my sweep/b-2-seed-'*",
-    ]
-    many = Evolve(experiment="toy", set=("a.b=1,2,3,4,5",))
-    assert showing.reports(Path("s"), grid(many, 1))[-1].strip().startswith("and so on")
