@@ -6,20 +6,39 @@ the process is in, again for every time that it warns; here each is told once.
 
 import contextlib
 import functools
+import importlib
 import io
+import os
 import sys
 import threading
 import warnings
 from collections.abc import Generator
 from typing import Any
 
-import mujoco as _mujoco
+
+def _imported() -> Any:
+    """Returns MuJoCo, whatever OpenGL it is told to draw with: physics needs none."""
+    try:
+        return importlib.import_module("mujoco")
+    except Exception:  # of MUJOCO_GL=osmesa without OSMesa, an AttributeError deep in PyOpenGL
+        asked = os.environ.pop("MUJOCO_GL", None)
+        if asked is None:
+            raise
+        for name in [each for each in sys.modules if each.partition(".")[0] == "mujoco"]:
+            del sys.modules[name]  # what was imported belongs to a package that came to nothing
+        os.environ["MUJOCO_GL"] = "off"
+        try:
+            return importlib.import_module("mujoco")
+        finally:
+            os.environ["MUJOCO_GL"] = asked
+
+
+mujoco: Any = _imported()
 
 with contextlib.redirect_stdout(io.StringIO()):
     # Without Warp, which is optional, the import prints a notice that is no news to anybody here.
     from mujoco import mjx as _mjx
 
-mujoco: Any = _mujoco
 mjx: Any = _mjx
 
 _compiling = threading.Lock()  # Python hears the warnings of one thread at a time

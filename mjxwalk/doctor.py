@@ -4,8 +4,10 @@ import dataclasses
 import importlib.metadata
 import platform
 import shutil
+import sys
 
 import mjxwalk
+from mjxwalk import installing
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -21,19 +23,20 @@ class Doctor:
             print(f"  {package:17} {version or 'missing'}")
         print(f"cpu      {manifest.cpu_model()}")
         missing = _missing()
-        has_gpu = False
+        has_gpu, fault = False, None
         try:
             has_gpu = _print_devices()
         except Exception as error:  # a broken installation fails in as many ways as there are
-            print(f"JAX does not start: {error}")
-            missing.append(("JAX", _command("jax")))
+            fault = _fault(error)
+            print(fault)
         if shutil.which("nvidia-smi") and not has_gpu:
-            missing.append(("the NVIDIA GPU of this machine", _command("jax", extra="cuda")))
+            missing.append(("the NVIDIA GPU of this machine", installing.of_extra("cuda")))
         for what, command in missing:
             print(f"missing: {what}; add it with: {command}")
-        if not missing:
+        if not missing and fault is None:
             print("nothing is missing")
-        return 1 if any(what != "the NVIDIA GPU of this machine" for what, _ in missing) else 0
+        is_broken = any(what != "the NVIDIA GPU of this machine" for what, _ in missing)
+        return 1 if is_broken or fault is not None else 0
 
 
 def _print_devices() -> bool:
@@ -48,6 +51,18 @@ def _print_devices() -> bool:
     choice = engines.choose("auto")
     print(f"engine   auto is {choice.name}: {choice.why}")
     return devices[0].platform != "cpu"
+
+
+def _fault(error: Exception) -> str:
+    """Returns in a sentence why JAX does not start."""
+    if "jax" in sys.modules:
+        from mjxwalk.engines import pinning
+
+        reason = pinning.why_not_started(error)
+        if reason is not None:
+            return reason
+    lines = str(error).strip().splitlines() or ["it says nothing"]
+    return f"JAX does not start: {type(error).__name__}, {lines[0]}"
 
 
 def _missing() -> list[tuple[str, str]]:
@@ -65,18 +80,9 @@ def _missing() -> list[tuple[str, str]]:
         try:
             version = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            missing.append((name, f'python -m pip install "{specification.strip()}"'))
+            missing.append((name, installing.command(specification.strip())))
             continue
         if exact and version != exact:
             what = f"{name} {exact} (there is {version})"
-            missing.append((what, f'python -m pip install "{specification.strip()}"'))
+            missing.append((what, installing.command(specification.strip())))
     return missing
-
-
-def _command(package: str, extra: str = "") -> str:
-    """Returns what installs a package as mjxwalk asks for it, in an extra or by itself."""
-    for line in importlib.metadata.requires("mjxwalk") or []:
-        specification, _, marker = line.partition(";")
-        if specification.startswith(package) and (f'"{extra}"' in marker if extra else not marker):
-            return f'python -m pip install "{specification.strip()}"'
-    return f'python -m pip install "{package}"'

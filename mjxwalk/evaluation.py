@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from mjxwalk import engines
 from mjxwalk.engines import lanes, mjx
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import Terrain
 from mjxwalk.rollout import Outcome
 
@@ -54,6 +55,7 @@ class Evaluator:
             return self._run.compile_s
         return self._run.compiled.seconds if self._run.compiled else 0.0
 
+    @pinned()
     def prepare(self, population: Any, heights: Any) -> None:
         """Compiles for arguments of `evaluate` of these shapes, as far as the engine can.
 
@@ -73,6 +75,7 @@ class Evaluator:
             )
             self._run.compile(repeated, Terrain(table, rows))  # type: ignore[arg-type]
 
+    @pinned()
     def evaluate(self, population: Any, heights: Float[Array, " terrain *node"]) -> Outcome:
         """Returns the outcomes as numpy arrays [pop, terrain].
 

@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float
 
 from mjxwalk import budget, engines
 from mjxwalk.engines import lanes, mjx
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import Flame, Planar7
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.flame_body import COORDINATE, LEGS
@@ -39,6 +40,7 @@ class Recording(NamedTuple):
     memories: Any = None
 
 
+@pinned()
 def record(
     env: Environment,
     controller: Controller,

@@ -1,33 +1,54 @@
 """From arguments to an exit code: 0 done, 2 wrong input or a run that could not go on."""
 
+import contextlib
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import mjxwalk
-from mjxwalk import own_process, terminal
-from mjxwalk.cli.commands import COMMANDS, Command, overview
-from mjxwalk.errors import RunError, near, outgrown
+from mjxwalk import terminal
+from mjxwalk.cli import leave_on_signals, process
+
+if TYPE_CHECKING:
+    from mjxwalk.cli.commands import Command
 
 PROGRAM = "mjxwalk"
 WRONG_INPUT = 2
 STOPPED = 128 + int(signal.SIGINT)  # as a shell reports a program that Ctrl-C ended
-
-
-def program() -> int:
-    """Runs the command of this process, which runs nothing else, and returns its exit code."""
-    own_process.declare()
-    return main()
+NO_READER = 128 + int(signal.SIGPIPE)  # likewise of one whose reader, such as `head`, has ended
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code.
 
     Args:
-      args: what follows the program's name; None for those of this process.
+      args: what follows the program's name; None for those of this process, which is then the
+        command's own.
     """
-    name, *rest = (sys.argv[1:] if args is None else list(args)) or ["--help"]
+    left_out = process.own() if args is None else None
+    return _guarded(PROGRAM, lambda: _main(sys.argv[1:] if args is None else args, left_out))
+
+
+def run(program: str, command: "type[Command]", args: Sequence[str] | None = None) -> int:
+    """Runs one command, of ours or of a script, and returns its exit code.
+
+    Args:
+      program: what the user typed so far, for the help and the complaints.
+      command: a dataclass of arguments.
+      args: what follows; None for the arguments of this process, which is then the command's own.
+    """
+    left_out = process.own() if args is None else None
+    rest = sys.argv[1:] if args is None else args
+    return _guarded(program.split()[0], lambda: _run(program, command, rest, left_out))
+
+
+def _main(args: Sequence[str], left_out: Sequence[str] | None) -> int:
+    from mjxwalk.cli.commands import COMMANDS, overview
+    from mjxwalk.errors import near
+
+    name, *rest = args or ["--help"]
     if name in ("--help", "-h", "help"):
         print(overview(PROGRAM))
         return 0
@@ -36,42 +57,93 @@ def main(args: Sequence[str] | None = None) -> int:
         return 0
     if name not in COMMANDS:
         return _fail(PROGRAM, f"unknown command {name!r}{near(name, COMMANDS)}")
-    return run(f"{PROGRAM} {name}", COMMANDS[name].load(), rest)
+    return _run(f"{PROGRAM} {name}", COMMANDS[name].load(), rest, left_out)
 
 
-def run(program: str, command: type[Command], args: Sequence[str] | None = None) -> int:
-    """Runs one command, of ours or of a script, and returns its exit code.
+def _run(
+    program: str,
+    command: "type[Command]",
+    args: Sequence[str],
+    left_out: Sequence[str] | None,
+) -> int:
+    """Runs one command.
 
     Args:
-      program: what the user typed so far, for the help and the complaints.
+      program: what the user typed so far.
       command: a dataclass of arguments.
-      args: what follows; None for the arguments of this process.
+      args: what follows.
+      left_out: variables that this process was rid of; None of a process that is not ours.
     """
     from mjxwalk.cli.parsing import parse
 
-    try:
-        parsed = parse(program, command, sys.argv[1:] if args is None else args)
-        _quieten()
-        with terminal.showing():
+    parsed = parse(program, command, args)
+    _quieten()
+    if left_out is None:
+        with _pinned(), terminal.showing():
             return parsed.run()
-    except RunError as error:
-        return _fail(program.split()[0], str(error))
-    except KeyboardInterrupt:
-        return STOPPED
+    if left_out:
+        print(
+            f"mjxwalk: {', '.join(left_out)} left out of account: results depend on the arguments "
+            "alone",
+            file=sys.stderr,
+        )
+    process.check_memory()
+    process.raise_on_signals()
+    try:
+        with _pinned(), terminal.showing():
+            return parsed.run()
+    finally:
+        leave_on_signals()
+
+
+def _pinned() -> contextlib.AbstractContextManager[None]:
+    """Returns what keeps a JAX that was imported before, and may be set up, from the command.
+
+    Where it was not, it begins without the environment's settings, and runs pin what they need.
+    """
+    if "jax" not in sys.modules:
+        return contextlib.nullcontext()
+    from mjxwalk.engines import pinning
+
+    return pinning.pinned()
+
+
+def _guarded(program: str, work: Callable[[], int]) -> int:
+    """Does what is to be done, and returns the exit code whatever happens."""
+    try:
+        try:
+            return work()
+        finally:
+            sys.stdout.flush()  # here, where what goes wrong is told
+    except KeyboardInterrupt as stop:
+        return 128 + stop.args[0] if stop.args else STOPPED
     except BrokenPipeError:
-        # The reader, such as `head`, has had enough; Python would complain when it flushes.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return WRONG_INPUT
+        _close_output()
+        return NO_READER
     except Exception as error:
-        told = outgrown(error)
-        if told is None:
+        from mjxwalk.cli import refusals
+
+        sentence = refusals.sentence(error)
+        if sentence is None:
             raise
-        return _fail(program.split()[0], told)
+        if isinstance(error, OSError):
+            _close_output()
+        return _fail(program, sentence)
+
+
+def _close_output() -> None:
+    """Drops what was not written yet: Python would try again, and complain, when it ends."""
+    with contextlib.suppress(OSError, ValueError):
+        sys.stdout.flush()
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(program: str, message: str) -> int:
-    # However long the message of a library that it quotes, it is one line.
-    print(terminal.visible(f"{program}: {' '.join(message.split())}"), file=sys.stderr)
+    # However long the message of a library that it quotes, it is one line; spaces may be a name's.
+    line = " ".join(filter(None, map(str.strip, message.split("\n"))))
+    with contextlib.suppress(OSError):
+        print(terminal.visible(f"{program}: {line}"), file=sys.stderr)
     return WRONG_INPUT
 
 
@@ -81,7 +153,7 @@ def _quieten() -> None:
     import warnings
 
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "2")
-    for name in ("jax", "orbax"):
+    for name in ("jax", "matplotlib", "orbax"):
         logging.getLogger(name).setLevel(logging.ERROR)
     # Through absl Orbax logs, with tracebacks, the errors that it also raises and we report.
     logging.getLogger("absl").setLevel(logging.CRITICAL)

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)  # a scheduler's SIGTERM is a Ctrl-C of its own
+from mjxwalk.cli import SIGNALS
+from mjxwalk.cli.process import is_importing
 
 
 class Interrupt:
@@ -47,12 +48,13 @@ class Interrupt:
         os.close(self._writer)  # ends the thread
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
-        del frame
         first = not self._requested
         self._requested = True
         if first:
             self.signal = number
             if self._is_raised:
+                if is_importing(frame):
+                    os._exit(128 + number)  # what was evolved, if anything was, is saved
                 raise KeyboardInterrupt
 
     def _watch(self, reader: int) -> None:

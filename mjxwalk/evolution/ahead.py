@@ -5,6 +5,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.evolution.goal import Trying
 from mjxwalk.rollout import Outcome
 
@@ -49,6 +50,7 @@ class Ahead:
         self.start()
         return self._made.result().evaluate(population, heights)
 
+    @pinned()  # in a thread of its own
     def _work(self) -> None:
         try:
             evaluator = self._make()

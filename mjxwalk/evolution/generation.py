@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk import forking
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.evolution import memory
 from mjxwalk.evolution.elites import Elites, fittest
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
@@ -74,6 +75,7 @@ class Evolution:
         self._ask = jax.jit(strategy.ask)
         self._tell = jax.jit(strategy.tell)
 
+    @pinned()
     def start(self, seed: int, given: Start | None = None) -> RunState:
         """Returns the state before generation 1, with everything compiled.
 
@@ -123,6 +125,7 @@ class Evolution:
         """Returns the first population, and the strategy's state."""
         return self._ask(key, self._init(key, template))
 
+    @pinned()  # in a thread of its own
     def _prepare(self, template: Any) -> None:
         """Compiles the trials of a generation."""
         experiment = self._experiment
@@ -141,6 +144,7 @@ class Evolution:
         size = jax.tree.leaves(population)[0].shape[0]
         self._tell(key, _on_host(population), np.zeros(size, np.float32), asked)
 
+    @pinned()
     def advance(self, state: RunState, since: float | None = None) -> tuple[RunState, Metrics]:
         """Returns the state after one more generation, and its figures.
 

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.evolution import champions
 from mjxwalk.evolution.ahead import Ahead
 from mjxwalk.evolution.evolvable import Evaluator
@@ -40,6 +41,7 @@ def never() -> bool:
     return False
 
 
+@pinned()
 def evolve(
     path: Path,
     config: Config,

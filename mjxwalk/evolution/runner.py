@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mjxwalk import evaluation, tournament, walkers
+from mjxwalk.engines import pinning
 from mjxwalk.evolution import loop, memory, starting, team
 from mjxwalk.progress import Progress
 from mjxwalk.runs import Config, RunError, config, folder, manifest, result, start
@@ -176,6 +177,7 @@ def _make_finer(settings: Config, evaluator: Any) -> Callable[[], Any] | None:
     return functools.partial(evaluation.make_evaluator, finer, evaluator.engine)
 
 
+@pinning.pinned()
 def _go_on(
     path: Path,
     settings: Config,
@@ -190,7 +192,11 @@ def _go_on(
     with folder.locked(path):
         if not (path / manifest.FILE).exists():
             manifest.write(
-                path, engine=evaluator.engine, why=evaluator.why, devices=evaluator.devices
+                path,
+                engine=evaluator.engine,
+                why=evaluator.why,
+                devices=evaluator.devices,
+                settings=pinning.settings(),
             )
         progress.start(path, settings, evaluator)
         try:

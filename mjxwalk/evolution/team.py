@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.errors import first_line
 from mjxwalk.evolution import champions, loop
 from mjxwalk.evolution.evolvable import Evaluator
@@ -148,6 +149,7 @@ def any_of(asked: Callable[[], bool]) -> Callable[[], bool]:
     return lambda: bool(gather(np.array([asked()], np.uint8)).any())
 
 
+@pinned()
 def follow(
     settings: Config,
     given: Start | None,

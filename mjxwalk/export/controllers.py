@@ -7,6 +7,7 @@ import jax
 import msgspec
 import numpy as np
 
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.export import contract, extras, tracing
 from mjxwalk.runs.result import npz
 from mjxwalk.runs.trees import flatten
@@ -52,6 +53,7 @@ def as_safetensors(walker: Walker) -> bytes:
     return library.save(arrays, metadata={"contract": json.dumps(described, sort_keys=True)})
 
 
+@pinned()
 def as_onnx(walker: Walker) -> bytes:
     """Returns a step of control as ONNX, sensing of roles and memory included.
 

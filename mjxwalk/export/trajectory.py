@@ -7,6 +7,7 @@ import jax
 import numpy as np
 
 from mjxwalk import replay
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import Terrain
 from mjxwalk.export import contract
 from mjxwalk.export.sto import Table
@@ -32,6 +33,7 @@ class Take:
     roughness: float | None
 
 
+@pinned()
 def record(walker: Walker, take: Take) -> Table:
     """Returns coordinates, their rates, motor torques and ground forces, up to the trial's end.
 

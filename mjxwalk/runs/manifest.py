@@ -38,7 +38,7 @@ class _Known(msgspec.Struct):
     system: str = ""
 
 
-def write(folder: Path, *, engine: str, why: str, devices: str) -> None:
+def write(folder: Path, *, engine: str, why: str, devices: str, settings: dict[str, Any]) -> None:
     """Writes the manifest of a run that starts now.
 
     Args:
@@ -46,6 +46,7 @@ def write(folder: Path, *, engine: str, why: str, devices: str) -> None:
       engine: that evaluates.
       why: the reason for this engine.
       devices: that it runs on, in words.
+      settings: of JAX's that results depend on, by name.
 
     Raises:
       RunError: it cannot be written.
@@ -58,6 +59,7 @@ def write(folder: Path, *, engine: str, why: str, devices: str) -> None:
         "engine": engine,
         "why": why,
         "devices": devices,
+        "settings": settings,
         "cpu": cpu_model(),
         "cores": os.cpu_count(),
         "system": platform.platform(),
@@ -80,7 +82,7 @@ def cpu_model() -> str:
     """Returns the processor's name, as far as the system tells."""
     info = Path("/proc/cpuinfo")
     if info.exists():
-        for line in info.read_text(errors="replace").splitlines():
+        for line in info.read_text(encoding="utf-8", errors="replace").splitlines():
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
@@ -101,7 +103,7 @@ def git_commit() -> str | None:
 
 def _git(root: Path, *args: str) -> str:
     command = ["git", "-C", str(root), *args]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True, timeout=10)
     return done.stdout.strip()
 
 

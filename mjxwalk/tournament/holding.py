@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray, Shaped
 
 from mjxwalk import budget, evaluation
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.evaluation import TABLE_ROWS
 from mjxwalk.evolution.measuring import cost_of_transport
 from mjxwalk.rollout import Outcome
@@ -30,6 +31,7 @@ class Keys(NamedTuple):
     starts: PRNGKeyArray
 
 
+@pinned()
 def hold(
     entrants: Walkers,
     *,

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from mjxwalk import evaluation
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.fitting import Fitting
 from mjxwalk.settings import override
 from mjxwalk.verify import agreement, bodies, trials
@@ -18,6 +19,7 @@ from mjxwalk.walkers import Walker
 C_MUJOCO = "C MuJoCo"
 
 
+@pinned()
 def verify(
     walker: Walker,
     *,

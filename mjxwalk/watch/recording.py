@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 
 from mjxwalk import replay
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import Terrain
 from mjxwalk.evolution.measuring import cost_of_transport
 from mjxwalk.watch import bodies, ending, forces, grounds
@@ -90,6 +91,7 @@ class Trial:
     seconds: float = 60.0
 
 
+@pinned()
 def perform(cast: Cast, trial: Trial) -> tuple[Show, str]:
     """Returns what there is to show, and its series as text.
 

@@ -24,7 +24,10 @@ def threads(asked: int | None = None) -> int:
     The CPUs are those that the process may use, less if its control group grants less time.
     """
     if asked is None and os.environ.get("MJXWALK_LANES_THREADS"):
-        asked = int(os.environ["MJXWALK_LANES_THREADS"])
+        told = os.environ["MJXWALK_LANES_THREADS"]
+        if not told.isdecimal():
+            raise ValueError(f"MJXWALK_LANES_THREADS must be a whole number, got {told!r}")
+        asked = int(told)
     if asked is not None:
         if asked < 1:
             raise ValueError(f"threads must be at least 1, got {asked}")
@@ -42,7 +45,7 @@ def threads(asked: int | None = None) -> int:
 def _quota(path: Path) -> float | None:
     """Returns the CPUs' worth of time that a control group grants, or None if it sets no limit."""
     try:
-        granted, period = path.read_text().split()
+        granted, period = path.read_text(encoding="utf-8").split()
         return None if granted == "max" else int(granted) / int(period)
     except (OSError, ValueError):
         return None
