@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from mjxwalk import cli, outputs, runs, walkers
+from mjxwalk.analysis import style
 from mjxwalk.cli.parsing import Seed
 from mjxwalk.tournament.command import Source
 
@@ -33,6 +34,7 @@ class AngleDensity:
     seed: Seed = 0
     engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
 
+    @style.own()
     def run(self) -> int:
         """Writes the figure and returns the exit code.
 

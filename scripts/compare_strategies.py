@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mjxwalk import cli, experiments, outputs
+from mjxwalk.analysis import style
 from mjxwalk.errors import RunError, near
 
 STRATEGIES = ("self-adaptive-ga", "deep-ga", "cma-es", "sep-cma-es", "snes", "pgpe", "openai-es")
@@ -43,6 +44,7 @@ class CompareStrategies:
     seeds: int = 10
     engine: str = "auto"
 
+    @style.own()
     def run(self) -> int:
         """Races, shows the table, writes table and figure, and returns the exit code.
 

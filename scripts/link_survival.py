@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import tyro
 
 from mjxwalk import cli, outputs, runs, walkers
+from mjxwalk.analysis import style
 
 Sources = tyro.conf.Positional[
     Annotated[tuple[str, ...], tyro.conf.arg(metavar="RUN|zoo:NAME ...")]
@@ -34,6 +35,7 @@ class LinkSurvival:
     figure: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     reduced: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
 
+    @style.own()
     def run(self) -> int:
         """Prints the tables, writes what was asked for, and returns the exit code.
 

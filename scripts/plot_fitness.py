@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mjxwalk import cli, outputs, runs, terminal
+from mjxwalk.analysis import style
 from mjxwalk.cli.parsing import RunFolder
 
 
@@ -21,6 +22,7 @@ class PlotFitness:
     run_folder: RunFolder
     out: Path = Path("fitness.png")
 
+    @style.own()
     def run(self) -> int:
         """Writes the figure and returns the exit code.
 

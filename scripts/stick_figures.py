@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mjxwalk import cli, outputs, runs, walkers
+from mjxwalk.analysis import style
 from mjxwalk.cli.parsing import Seed
 from mjxwalk.tournament.command import Source
 
@@ -35,6 +36,7 @@ class StickFigures:
     interval: float = 0.2
     terrain_seed: Seed = 0
 
+    @style.own()
     def run(self) -> int:
         """Writes the figure and returns the exit code.
 

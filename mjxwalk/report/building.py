@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from mjxwalk.analysis import style
+from mjxwalk.engines.pinning import pinned
 from mjxwalk.report import (
     benchmarks,
     fitness,
@@ -31,6 +33,8 @@ REFERENCES = (
 )
 
 
+@pinned()
+@style.own()
 def build(
     paths: Sequence[Path],
     *,
