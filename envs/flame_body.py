@@ -97,7 +97,7 @@ def check(text: str) -> None:
 
 def spec(text: str) -> Any:
     """Returns the `mujoco.MjSpec` of a user's XML, or of ours for the text ""."""
-    made = body_file.read(text or MODEL_PATH.read_text())
+    made = body_file.read(text or MODEL_PATH.read_text(encoding="utf-8"))
     for equality in list(made.equalities):
         made.delete(equality)  # the adductions', which coordinates see to
     return made

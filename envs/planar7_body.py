@@ -133,7 +133,7 @@ def masses(text: str) -> Masses:
 
 def spec(text: str) -> Any:
     """Returns the `mujoco.MjSpec` of a user's XML, or of ours for the text ""."""
-    return body_file.read(text or MODEL_PATH.read_text())
+    return body_file.read(text or MODEL_PATH.read_text(encoding="utf-8"))
 
 
 @functools.cache

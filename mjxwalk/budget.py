@@ -27,7 +27,7 @@ def available() -> int:
         limits += [] if soft == resource.RLIM_INFINITY else [soft]
     for name in GROUP_LIMITS:
         try:
-            limits.append(int(Path("/sys/fs/cgroup", name).read_text()))
+            limits.append(int(Path("/sys/fs/cgroup", name).read_text(encoding="utf-8")))
         except (OSError, ValueError):  # no such group, or the word "max"
             continue
     return min(limits)

@@ -43,7 +43,7 @@ def _ask(args: list[str], cache: str | None = None) -> dict[str, Any]:
         env["XDG_CACHE_HOME"] = cache
         env.pop("JAX_COMPILATION_CACHE_DIR", None)
     command = [sys.executable, "-m", "mjxwalk.bench.child", *args]
-    done = subprocess.run(command, env=env, capture_output=True, text=True)
+    done = subprocess.run(command, env=env, capture_output=True, encoding="utf-8", errors="replace")
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
         raise RunError(f"`mjxwalk.bench.child {' '.join(args)}` failed: {last}")
@@ -81,7 +81,7 @@ def _peak_bytes() -> int:
     status = Path("/proc/self/status")
     if status.exists():
         # `getrusage` would start from what the parent held when it forked.
-        found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text())
+        found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text(encoding="utf-8"))
         if found:
             return 1024 * int(found[1])
     import resource

@@ -254,7 +254,9 @@ def _gpus() -> list[str]:
         return [each for each in told.split(",") if each]
     if shutil.which("nvidia-smi") is None:
         return []
-    listed = subprocess.run(["nvidia-smi", "-L"], capture_output=True, text=True, check=False)
+    listed = subprocess.run(
+        ["nvidia-smi", "-L"], capture_output=True, encoding="utf-8", check=False
+    )
     return [str(n) for n, _ in enumerate(listed.stdout.splitlines()) if listed.returncode == 0]
 
 

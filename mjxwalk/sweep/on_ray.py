@@ -88,7 +88,7 @@ def _check_answers(address: str) -> None:
         return
     command = [sys.executable, "-c", TRY, address]
     try:
-        tried = subprocess.run(command, capture_output=True, text=True, timeout=WAITING)
+        tried = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=WAITING)
     except subprocess.TimeoutExpired:
         raise _no_cluster(address, f"no answer in {WAITING:.0f} s") from None
     if tried.returncode:

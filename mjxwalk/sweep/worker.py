@@ -37,7 +37,9 @@ def work(args: Sequence[str], path: str, log: str, cores: int, memory_gb: float 
     if (place / config.FILE).is_file():  # begun before: by a job that was cut short, say
         args = ("resume", path, *resuming(args))
     log_file = io.BufferedWriter(executors.open_log(Path(log)))
-    with io.TextIOWrapper(log_file, line_buffering=True) as said:
+    with io.TextIOWrapper(
+        log_file, encoding="utf-8", errors="backslashreplace", line_buffering=True
+    ) as said:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             try:
                 return main(args)
@@ -48,7 +50,7 @@ def work(args: Sequence[str], path: str, log: str, cores: int, memory_gb: float 
 def _taken_gb() -> float:
     """Returns what the cluster's part of this process has reserved; 0 where that is not told."""
     try:
-        pages = int(Path("/proc/self/statm").read_text().split()[5])
+        pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[5])
     except (OSError, ValueError, IndexError):
         return 0.0
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e9

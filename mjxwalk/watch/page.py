@@ -54,13 +54,13 @@ def as_script(show: Show) -> Markup:
 @functools.cache
 def program() -> str:
     """Returns the page's program, with its licences."""
-    return (BUNDLE / "watch.js").read_text()
+    return (BUNDLE / "watch.js").read_text(encoding="utf-8")
 
 
 @functools.cache
 def style() -> str:
     """Returns the page's style sheet."""
-    return (BUNDLE / "watch.css").read_text()
+    return (BUNDLE / "watch.css").read_text(encoding="utf-8")
 
 
 @functools.cache

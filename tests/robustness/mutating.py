@@ -49,7 +49,7 @@ def make(path: Path, seed: int = 0) -> None:
     """Makes the run that is mutated, and others of its shape."""
     settings = Config(experiment=toy.Toy(), seed=seed, keep=3)
     folder.create(path, settings)
-    manifest.write(path, engine="mjx", why="", devices="")
+    manifest.write(path, engine="mjx", why="", devices="", settings={})
     evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
     study = StudyConfig(name="toy", phases=(("only", toy.Toy()),))
     toy.hold_tournament(path, study, lambda text: None)

@@ -72,7 +72,7 @@ def make(path: Path, seed: int = 0) -> None:
     """Makes a finished run with a tournament."""
     settings = Config(experiment=toy.Toy(), seed=seed, keep=3)
     folder.create(path, settings)
-    manifest.write(path, engine="mjx", why="", devices="")
+    manifest.write(path, engine="mjx", why="", devices="", settings={})
     evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
     toy.hold_tournament(path, StudyConfig(name="toy", phases=(("a", toy.Toy()),)), print)
 
