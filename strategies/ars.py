@@ -9,7 +9,6 @@ policies see their observations whitened: `with_observations` keeps the statisti
 import functools
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
@@ -85,11 +84,10 @@ def ars(
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> ARSState:
     del key
-    checks.check_template(template)
     vectors.spread("sigma", settings.sigma, template)  # to refuse what does not fit
     return ARSState(
         mean=vectors.flatten(template),
-        template=jax.tree.map(jnp.asarray, template),
+        template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
@@ -108,7 +106,6 @@ def _tell(
     state: ARSState,
 ) -> tuple[ARSState, SearchMetrics]:
     del key
-    checks.check_told(settings.population_size, population, fitness)
     sigma = vectors.spread("sigma", settings.sigma, state.template)
     num_pairs = settings.population_size // 2
     reward = ranks.finite(fitness).astype(state.mean.dtype)

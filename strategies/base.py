@@ -10,6 +10,7 @@ of arguments is evosax's. Fitness is maximised, and NaN ranks below minus infini
 """
 
 import dataclasses
+import functools
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -20,7 +21,10 @@ from typing import (
     runtime_checkable,
 )
 
+import jax
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+
+from mjxwalk.strategies import edge
 
 # A static checker cannot describe a pytree and takes jaxtyping's `PyTree` for an error, so it is
 # shown `Any`; the tests check the real types.
@@ -101,6 +105,8 @@ class Strategy(Generic[StateT, MetricsT]):
     """A strategy: pure functions that `jit`, `vmap` over seeds and run under `lax.scan`.
 
     The state after `tell` is all that is needed to go on, so a checkpoint is that state and a key.
+    The functions given need to know JAX's arrays alone: `edge` converts what callers give, and
+    keeps the dtypes of the state.
 
     Attributes:
       population_size: genotypes in a generation.
@@ -113,3 +119,13 @@ class Strategy(Generic[StateT, MetricsT]):
     init: Init[StateT]
     ask: Ask[StateT]
     tell: Tell[StateT, MetricsT]
+
+    def __post_init__(self) -> None:
+        asked = jax.jit(self.ask)
+        edges = {"init": edge.init, "ask": edge.ask, "tell": edge.tell}
+        for name, function in edges.items():
+            own = getattr(self, name)
+            # A strategy made of another's functions, as by `dataclasses.replace`, has them already.
+            if getattr(own, "func", None) is not function:
+                more = (asked, self.population_size) if name == "tell" else ()
+                object.__setattr__(self, name, functools.partial(function, own, *more))

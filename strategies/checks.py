@@ -1,4 +1,4 @@
-"""Checks of settings and static shapes, shared by all strategies.
+"""Checks of settings, shared by all strategies.
 
 Values that are being traced, as in a `vmap` over hyper-parameters, are unknown and pass unchecked.
 """
@@ -7,12 +7,8 @@ import math
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, Float
-
-from mjxwalk.strategies.base import Genotype, Population
 
 
 def check_count(field: str, value: Any, *, minimum: int, maximum: int | None = None) -> None:
@@ -74,36 +70,3 @@ def check_numbers(
         allowed &= (numbers > above) & (numbers <= maximum)
         if not allowed.all():
             raise ValueError(f"{wanted}, got {numbers[~allowed].flat[0]}")
-
-
-def check_template(template: Genotype) -> None:
-    """Checks that a template is a pytree of float arrays with at least one weight.
-
-    Raises:
-      ValueError: a leaf is not a float array, or there is no weight.
-    """
-    for path, leaf in jax.tree.leaves_with_path(template):
-        dtype = getattr(leaf, "dtype", None)
-        if dtype is None or not jnp.issubdtype(dtype, jnp.floating):
-            found = type(leaf).__name__ if dtype is None else dtype
-            raise ValueError(
-                f"template{jax.tree_util.keystr(path)} must be an array of floats, got {found}"
-            )
-    if not sum(leaf.size for leaf in jax.tree.leaves(template)):
-        raise ValueError("template must hold at least one weight, got none")
-
-
-def check_told(population_size: int, population: Population, fitness: Float[Array, " pop"]) -> None:
-    """Checks the shapes that `tell` was given.
-
-    Raises:
-      ValueError: fitness or a leaf of the population does not have the population's length.
-    """
-    if fitness.shape != (population_size,):
-        raise ValueError(f"fitness must have shape ({population_size},), got {fitness.shape}")
-    for path, leaf in jax.tree.leaves_with_path(population):
-        if leaf.shape[:1] != (population_size,):
-            raise ValueError(
-                f"population{jax.tree_util.keystr(path)} must have a first axis of "
-                f"{population_size}, got shape {leaf.shape}"
-            )

@@ -84,7 +84,6 @@ def cma_es(*, population_size: int, sigma: Tree) -> Strategy[CMAESState, SearchM
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> CMAESState:
     del key
-    checks.check_template(template)
     mean = vectors.flatten(template)
     scales = vectors.spread("sigma", settings.sigma, template)
     sigma = jnp.exp(jnp.mean(jnp.log(scales)))
@@ -95,7 +94,7 @@ def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> CMAESSt
         root=jnp.diag(scales / sigma),
         whitener=jnp.diag(sigma / scales),
         paths=Paths(jnp.zeros_like(mean), jnp.zeros_like(mean)),
-        template=jax.tree.map(jnp.asarray, template),
+        template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
@@ -116,7 +115,6 @@ def _tell(
     state: CMAESState,
 ) -> tuple[CMAESState, SearchMetrics]:
     del key
-    checks.check_told(settings.population_size, population, fitness)
     rates = cma_rates(settings.population_size, state.mean.size)
     new_state = advance(state, vectors.flatten_population(population)[best_first(fitness)], rates)
     return new_state, measure_search(fitness, deviations(state))
@@ -170,8 +168,9 @@ def _update_covariance(
     # A genotype that was moved to where it drew from would else count without bound.
     weights = jnp.where(jnp.isfinite(weights), weights, 0.0)
     lost = rates.rank_one + rates.rank_many * rates.weights.sum()
+    kept = jnp.asarray(1 - lost + regained, steps.dtype)
     return (
-        (1 - lost + regained) * state.covariance
+        kept * state.covariance
         + rates.rank_one * jnp.outer(path, path)
         + rates.rank_many * (steps.T @ (weights[:, None] * steps))
     )

@@ -71,7 +71,6 @@ def deep_ga(
 
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> GAState:
-    checks.check_template(template)
     vectors.spread("sigma", settings.sigma, template)  # to refuse what does not fit
     start = vectors.flatten(template)
     initial_sigma = vectors.spread("initial_sigma", settings.initial_sigma, template)
@@ -88,7 +87,6 @@ def _tell(
     fitness: Float[Array, " pop"],
     state: GAState,
 ) -> tuple[GAState, FitnessSummary]:
-    checks.check_told(settings.population_size, population, fitness)
     sigma = vectors.spread("sigma", settings.sigma, state.best_genotype)
     order = best_first(fitness)
     genotypes = vectors.flatten_population(population)

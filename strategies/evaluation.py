@@ -40,6 +40,7 @@ def evaluator(
     each_trial = jax.vmap(trial, in_axes=(0, None))
 
     def evaluate(key: PRNGKeyArray, population: Population) -> Float[Array, " pop"]:
+        population = jax.tree.map(jnp.asarray, population)
         size = jax.tree.leaves(population)[0].shape[0]
         if common:
             keys = jax.random.split(key, num_trials)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import DTypeLike
 from jaxtyping import Array, Float, Int
 
 from mjxwalk.strategies.base import ScalarLike
@@ -88,6 +89,41 @@ def cma_rates(population_size: int, num_weights: int, *, separable: bool = False
         rank_many=rank_many,
         expected_norm=math.sqrt(n) * (1 - 1 / (4 * n) + 1 / (21 * n**2)),
     )
+
+
+def rates_of_start(
+    population_size: int,
+    num_weights: int,
+    doublings: Int[Array, ""],
+    *,
+    most: int,
+    separable: bool,
+    dtype: DTypeLike = float,
+) -> Rates:
+    """Returns the constants of a generation, whose weights are 0 behind its last genotype.
+
+    Args:
+      population_size: of the first start.
+      num_weights: dimensions of the search.
+      doublings: of the population since.
+      most: how many doublings there can be.
+      separable: whether the covariance matrix is diagonal.
+      dtype: of the search.
+    """
+    capacity = population_size << most
+    rows: list[Rates] = []
+    for doubling in range(most + 1):
+        size = population_size << doubling
+        rates = cma_rates(size, num_weights, separable=separable)
+        weights = np.zeros(capacity)
+        weights[:size] = rates.weights
+        rows.append(rates._replace(weights=weights))
+    fields = {
+        name: jnp.asarray(np.stack([getattr(row, name) for row in rows]), dtype)[doublings]
+        for name in Rates._fields
+        if not name.startswith("num_")
+    }
+    return Rates(num_parents=capacity, num_worse=capacity, **fields)
 
 
 class Paths(NamedTuple):

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from mjxwalk.strategies import checks, draws
+from mjxwalk.strategies import checks, draws, edge
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
 from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 
@@ -57,7 +57,6 @@ def from_evosax(
         )
 
     def init(key: PRNGKeyArray, template: Genotype) -> FromEvosaxState:
-        checks.check_template(template)
         _check_like(algorithm.solution, template)
         has_begun = jnp.asarray(not is_population_based)
         if not is_population_based:
@@ -87,7 +86,6 @@ def from_evosax(
         fitness: Float[Array, " pop"],
         state: FromEvosaxState,
     ) -> tuple[FromEvosaxState, FitnessSummary]:
-        checks.check_told(size, population, fitness)
         cost = jnp.where(jnp.isnan(fitness), jnp.inf, -fitness)
         key_tell, key_init = jax.random.split(key)
         inner, _ = algorithm.tell(key_tell, population, cost, state.inner, params)
@@ -145,9 +143,10 @@ class EvosaxAlgorithm:
     def init(self, key: PRNGKeyArray, mean: Genotype, params: None = None) -> ToEvosaxState:
         """Returns the state before anything is evaluated."""
         del params
+        mean = edge.as_template(mean)
         return ToEvosaxState(
             inner=self.strategy.init(key, mean),
-            best_solution=jax.tree.map(jnp.asarray, mean),
+            best_solution=mean,
             best_fitness=jnp.full((), jnp.inf, float),
             generation_counter=jnp.zeros((), jnp.int32),
         )
@@ -170,6 +169,10 @@ class EvosaxAlgorithm:
     ) -> tuple[ToEvosaxState, dict[str, Any]]:
         """Returns the next state and figures; lower fitness is better, and NaN is worst."""
         del params
+        asked = jax.jit(self.strategy.ask)
+        key, population, fitness = edge.told(
+            asked, self.population_size, key, population, fitness, state.inner
+        )
         inner, _ = self.strategy.tell(key, population, -fitness, state.inner)
         cost = jnp.where(jnp.isnan(fitness), jnp.inf, fitness)
         place = jnp.argmin(cost)
@@ -200,8 +203,7 @@ def to_evosax(strategy: Strategy[Any, Any], solution: Genotype) -> EvosaxAlgorit
     Raises:
       ValueError: the solution is no pytree of float arrays.
     """
-    checks.check_template(solution)
-    return EvosaxAlgorithm(strategy=strategy, solution=solution)
+    return EvosaxAlgorithm(strategy=strategy, solution=edge.as_template(solution))
 
 
 def _strong(tree: Tree) -> Tree:

@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
@@ -30,7 +29,7 @@ def begin(population: Population, template: Genotype) -> GAState:
     return GAState(
         population=population,
         generation=jnp.zeros((), jnp.int32),
-        best_genotype=jax.tree.map(jnp.asarray, template),
+        best_genotype=template,
         best_fitness=jnp.full((), jnp.nan, float),
     )
 

@@ -146,7 +146,6 @@ def in_turn(
         fitness: Float[Array, " pop"],
         state: HybridGAState,
     ) -> tuple[HybridGAState, PatternSearchMetrics]:
-        checks.check_told(breeder.population_size, population, fitness)
 
         def breed(key: PRNGKeyArray) -> HybridGAState:
             breeding, _ = breeder.tell(key, population, fitness, state.breeding)

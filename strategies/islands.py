@@ -86,7 +86,6 @@ def with_islands(
         fitness: Float[Array, " pop"],
         state: IslandsState,
     ) -> tuple[IslandsState, FitnessSummary]:
-        checks.check_told(num_islands * size, population, fitness)
         apart = jax.tree.map(
             lambda leaf: leaf.reshape(num_islands, size, *leaf.shape[1:]), population
         )

@@ -32,7 +32,7 @@ def present_links(mask: Mask, links: IntTree) -> Bool[Array, " weight"]:
 
 def count_links(mask: Mask, links: IntTree) -> Int[Array, ""]:
     """Returns how many links are there, of those that can be removed."""
-    return jnp.sum(present_links(mask, links))
+    return jnp.sum(present_links(mask, links), dtype=jnp.int32)
 
 
 def remove_random_link(key: PRNGKeyArray, individual: Individual, links: IntTree) -> Individual:

@@ -9,13 +9,13 @@ https://arxiv.org/abs/1804.03906, equation 1.
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from mjxwalk.strategies import checks, draws, vectors
+from mjxwalk.strategies import checks, draws, edge, vectors
 from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy
 from mjxwalk.strategies.metrics import summarise_fitness
 
@@ -128,13 +128,12 @@ def map_elites(
 
     def init(key: PRNGKeyArray, template: Genotype) -> MapElitesState:
         del key
-        checks.check_template(template)
         start = vectors.flatten(template)
         num_cells = math.prod(num_bins)
         return MapElitesState(
             genotypes=jnp.broadcast_to(start, (num_cells, start.size)),
             fitness=jnp.full(num_cells, -jnp.inf, float),
-            template=jax.tree.map(jnp.asarray, template),
+            template=template,
             generation=jnp.zeros((), jnp.int32),
         )
 
@@ -152,12 +151,14 @@ def map_elites(
     def tell_behaviour(
         key: PRNGKeyArray,
         population: Population,
-        fitness: Float[Array, " pop"],
-        behaviour: Float[Array, "pop axis"],
+        fitness: Any,
+        behaviour: Any,
         state: MapElitesState,
     ) -> tuple[MapElitesState, MapElitesMetrics]:
-        del key
-        checks.check_told(population_size, population, fitness)
+        key, population, fitness = edge.told(
+            jax.jit(ask), population_size, key, population, fitness, state
+        )
+        behaviour = edge.as_floats("behaviour", behaviour)
         if behaviour.shape != (population_size, len(num_bins)):
             raise ValueError(
                 f"behaviour must have shape ({population_size}, {len(num_bins)}), "

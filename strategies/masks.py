@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.strategies import checks, prefixes
+from mjxwalk.strategies import prefixes
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
 
 
@@ -65,8 +65,7 @@ def with_mask(strategy: Strategy[Any, Any], mask: Tree) -> Strategy[MaskedState,
         return jax.tree.unflatten(structure, whole)
 
     def init(key: PRNGKeyArray, template: Genotype) -> MaskedState:
-        checks.check_template(template)
-        one = jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], template)
+        one = jax.tree.map(lambda leaf: leaf[None], template)
         present = jax.tree.map(lambda leaf: leaf[0], compress(one, template))
         if not sum(leaf.size for leaf in jax.tree.leaves(present)):
             raise ValueError("mask must leave at least one weight, got none")
@@ -87,7 +86,6 @@ def with_mask(strategy: Strategy[Any, Any], mask: Tree) -> Strategy[MaskedState,
         fitness: Float[Array, " pop"],
         state: MaskedState,
     ) -> tuple[MaskedState, Any]:
-        checks.check_told(strategy.population_size, population, fitness)
         present = compress(population, state.template)
         inner, metrics = strategy.tell(key, present, fitness, state.inner)
         return state._replace(inner=inner), metrics

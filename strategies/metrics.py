@@ -5,6 +5,8 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from mjxwalk.strategies.edge import as_floats
+
 
 class FitnessSummary(NamedTuple):
     """Scalars over the finite fitness of one generation; NaN where none is finite.
@@ -48,6 +50,7 @@ def measure_search(fitness: Float[Array, " pop"], sigma: Float[Array, "*dim"]) -
 
 def summarise_fitness(fitness: Float[Array, " pop"]) -> FitnessSummary:
     """Returns best, mean and median of the finite values, and the number of NaN."""
+    fitness = as_floats("fitness", fitness)
     is_finite, is_nan = jnp.isfinite(fitness), jnp.isnan(fitness)
     # One sort and one sum serve all figures, as each more takes XLA longer than it runs.
     parts = jnp.stack([is_finite, is_nan, jnp.where(is_finite, fitness, 0.0)])

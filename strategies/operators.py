@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from mjxwalk.strategies.base import BoolTree, FloatTree, Genotype, IntTree, Mask, Tree
+from mjxwalk.strategies.edge import as_floats
 
 
 class Individual(NamedTuple):
@@ -29,7 +30,7 @@ class Individual(NamedTuple):
 def best_first(fitness: Float[Array, " pop"]) -> Int[Array, " pop"]:
     """Returns indices from best to worst; NaN comes last, ties keep their order."""
     # A sort puts NaN last whichever way it runs, so the numbers are reversed and not the result.
-    return jnp.argsort(-fitness, stable=True)
+    return jnp.argsort(-as_floats("fitness", fitness), stable=True)
 
 
 def truncation_selection(

@@ -154,12 +154,11 @@ def poll_offset(
 
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> PatternSearchState:
-    checks.check_template(template)
     _spread(settings, template)  # to refuse what does not fit before anything is evaluated
     flat, _ = ravel_pytree(template)
     dtype = flat.dtype
     return PatternSearchState(
-        centre=jax.tree.map(jnp.asarray, template),
+        centre=template,
         best_fitness=jnp.full((), -jnp.inf, float),
         mesh=jnp.asarray(settings.initial_mesh, dtype),
         poll=jnp.asarray(-1, jnp.int32),
@@ -190,7 +189,6 @@ def _tell(
     fitness: Float[Array, " pop"],
     state: PatternSearchState,
 ) -> tuple[PatternSearchState, PatternSearchMetrics]:
-    checks.check_told(settings.population_size, population, fitness)
     num = state.order.shape[0]
     place = operators.best_first(fitness)[0]
     best = fitness[place].astype(state.best_fitness.dtype)

@@ -9,7 +9,6 @@ Liskowski & Srivastava (2020), "ClipUp", https://arxiv.org/abs/2008.02387.
 import functools
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Float, Int, PRNGKeyArray
@@ -97,13 +96,12 @@ def pgpe(
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> PGPEState:
     del key
-    checks.check_template(template)
     mean = vectors.flatten(template)
     return PGPEState(
         mean=mean,
         sigma=vectors.spread("sigma", settings.sigma, template),
         optimizer_state=settings.optimizer.init(mean),
-        template=jax.tree.map(jnp.asarray, template),
+        template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
@@ -122,7 +120,6 @@ def _tell(
     state: PGPEState,
 ) -> tuple[PGPEState, SearchMetrics]:
     del key
-    checks.check_told(settings.population_size, population, fitness)
     num_pairs = settings.population_size // 2
     worth = centred_ranks(fitness).astype(state.mean.dtype)
     plus, minus = worth[:num_pairs], worth[num_pairs:]

@@ -16,14 +16,13 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, draws, prefixes, starts, vectors
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
 from mjxwalk.strategies.cma_es import CMAESState, cma_es
 from mjxwalk.strategies.cma_es import advance as advance_full
-from mjxwalk.strategies.evolution_paths import Rates, cma_rates
+from mjxwalk.strategies.evolution_paths import Rates, rates_of_start
 from mjxwalk.strategies.metrics import measure_search
 from mjxwalk.strategies.operators import best_first
 from mjxwalk.strategies.search_ends import Search, deviations, has_ended, history_length
@@ -190,7 +189,6 @@ def _tell(
     state: RestartingState,
 ) -> tuple[RestartingState, RestartingMetrics]:
     size = settings.search.population_size
-    checks.check_told(size, population, fitness)
     metrics = RestartingMetrics(
         *measure_search(fitness, deviations(state.inner)),
         generation_size=size << state.budget.doublings,
@@ -227,6 +225,7 @@ def _advance(settings: _Settings, state: RestartingState) -> RestartingState:
         state.budget.doublings,
         most=settings.max_doublings,
         separable=settings.separable,
+        dtype=inner.mean.dtype,
     )
     best = jnp.max(jnp.where(jnp.isnan(fitness), -jnp.inf, fitness))
     return state._replace(
@@ -240,34 +239,6 @@ def _advance_search(state: Search, ordered: Float[Array, "capacity dim"], rates:
     if isinstance(state, CMAESState):
         return advance_full(state, ordered, rates)
     return advance_separable(state, ordered, rates)
-
-
-def rates_of_start(
-    population_size: int, num_weights: int, doublings: Int[Array, ""], *, most: int, separable: bool
-) -> Rates:
-    """Returns the constants of a generation, whose weights are 0 behind its last genotype.
-
-    Args:
-      population_size: of the first start.
-      num_weights: dimensions of the search.
-      doublings: of the population since.
-      most: how many doublings there can be.
-      separable: whether the covariance matrix is diagonal.
-    """
-    capacity = population_size << most
-    rows: list[Rates] = []
-    for doubling in range(most + 1):
-        size = population_size << doubling
-        rates = cma_rates(size, num_weights, separable=separable)
-        weights = np.zeros(capacity)
-        weights[:size] = rates.weights
-        rows.append(rates._replace(weights=weights))
-    fields = {
-        name: jnp.asarray(np.stack([getattr(row, name) for row in rows]), float)[doublings]
-        for name in Rates._fields
-        if not name.startswith("num_")
-    }
-    return Rates(num_parents=capacity, num_worse=capacity, **fields)
 
 
 def _has_ended(settings: _Settings, state: RestartingState) -> Bool[Array, ""]:

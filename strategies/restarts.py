@@ -57,7 +57,7 @@ def with_restarts(
         return RestartState(inner, template, jnp.zeros((), jnp.int32), worst, num_restarts)
 
     def init(key: PRNGKeyArray, template: Genotype) -> RestartState:
-        return start(key, jax.tree.map(jnp.asarray, template), jnp.zeros((), jnp.int32))
+        return start(key, template, jnp.zeros((), jnp.int32))
 
     def ask(key: PRNGKeyArray, state: RestartState) -> tuple[Population, RestartState]:
         population, inner = strategy.ask(key, state.inner)

@@ -174,7 +174,6 @@ def self_adaptive_ga(
 
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> SelfAdaptiveGAState:
-    checks.check_template(template)
     _breeding(settings, template)  # to refuse what does not fit before anything is evaluated
     initial_sigma = prefixes.match_template("initial_sigma", settings.initial_sigma, template)
     mask = prefixes.match_template("mask", settings.mask, template, bool)
@@ -214,7 +213,6 @@ def _tell(
     fitness: Float[Array, " pop"],
     state: SelfAdaptiveGAState,
 ) -> tuple[SelfAdaptiveGAState, SelfAdaptiveGAMetrics]:
-    checks.check_told(settings.population_size, population, fitness)
     # As one vector a genotype breeds several times faster on a CPU than as many leaves.
     _, unflatten = ravel_pytree(state.best_genotype)
     _, unflatten_mask = ravel_pytree(state.best_mask)

@@ -10,7 +10,6 @@ populations a little more robust where there are many local minima.
 import functools
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
@@ -74,7 +73,6 @@ def sep_cma_es(*, population_size: int, sigma: Tree) -> Strategy[SepCMAESState, 
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> SepCMAESState:
     del key
-    checks.check_template(template)
     mean = vectors.flatten(template)
     scales = vectors.spread("sigma", settings.sigma, template)
     sigma = jnp.exp(jnp.mean(jnp.log(scales)))
@@ -83,7 +81,7 @@ def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> SepCMAE
         sigma=sigma,
         lengths=scales / sigma,
         paths=Paths(jnp.zeros_like(mean), jnp.zeros_like(mean)),
-        template=jax.tree.map(jnp.asarray, template),
+        template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
@@ -104,7 +102,6 @@ def _tell(
     state: SepCMAESState,
 ) -> tuple[SepCMAESState, SearchMetrics]:
     del key
-    checks.check_told(settings.population_size, population, fitness)
     rates = cma_rates(settings.population_size, state.mean.size, separable=True)
     parents = truncation_selection(fitness, rates.num_parents)
     new_state = advance(state, vectors.flatten_population(population)[parents], rates)

@@ -8,7 +8,6 @@ import functools
 import math
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
@@ -85,11 +84,10 @@ def default_sigma_learning_rate(num_weights: int) -> float:
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> SNESState:
     del key
-    checks.check_template(template)
     return SNESState(
         mean=vectors.flatten(template),
         sigma=vectors.spread("sigma", settings.sigma, template),
-        template=jax.tree.map(jnp.asarray, template),
+        template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
@@ -108,7 +106,6 @@ def _tell(
     state: SNESState,
 ) -> tuple[SNESState, SearchMetrics]:
     del key
-    checks.check_told(settings.population_size, population, fitness)
     utilities = nes_utilities(fitness).astype(state.mean.dtype)
     noise = (vectors.flatten_population(population) - state.mean) / state.sigma
     sigma_learning_rate = settings.sigma_learning_rate

@@ -63,7 +63,6 @@ def truncation_ga(
 
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> GAState:
-    checks.check_template(template)
     lower, upper = _bounds(settings, template)
     (words,) = draws.draw_words(key, settings.population_size, [lower.size])
     genotypes = lower + (upper - lower) * draws.uniforms(words).astype(lower.dtype)
@@ -77,7 +76,6 @@ def _tell(
     fitness: Float[Array, " pop"],
     state: GAState,
 ) -> tuple[GAState, FitnessSummary]:
-    checks.check_told(settings.population_size, population, fitness)
     lower, upper = _bounds(settings, state.best_genotype)
     order = best_first(fitness)
     genotypes = vectors.flatten_population(population)[order]

@@ -204,7 +204,6 @@ def uniform_mutation(
 
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> GAState:
-    checks.check_template(template)
     lower, upper = flat_bounds(settings.lower, settings.upper, template)
     flat, unflatten = ravel_pytree(template)
     [words] = draws.draw_words(key, settings.population_size, [flat.size])
@@ -221,7 +220,6 @@ def _tell(
     fitness: Float[Array, " pop"],
     state: GAState,
 ) -> tuple[GAState, FitnessSummary]:
-    checks.check_told(settings.population_size, population, fitness)
     _, unflatten = ravel_pytree(state.best_genotype)
     flats = jax.vmap(lambda tree: ravel_pytree(tree)[0])(population)
     order = operators.best_first(fitness)

@@ -8,7 +8,6 @@ import functools
 import math
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
@@ -111,14 +110,13 @@ def symmetric_exponential(matrix: Float[Array, "dim dim"]) -> Float[Array, "dim 
 
 def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> XNESState:
     del key
-    checks.check_template(template)
     scales = vectors.spread("sigma", settings.sigma, template)
     sigma = jnp.exp(jnp.mean(jnp.log(scales)))
     return XNESState(
         mean=vectors.flatten(template),
         sigma=sigma,
         axes=jnp.diag(scales / sigma),
-        template=jax.tree.map(jnp.asarray, template),
+        template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
@@ -137,7 +135,6 @@ def _tell(
     state: XNESState,
 ) -> tuple[XNESState, SearchMetrics]:
     del key
-    checks.check_told(settings.population_size, population, fitness)
     size = state.mean.size
     rates = (settings.sigma_learning_rate, settings.axes_learning_rate)
     usual = default_learning_rate(size, settings.population_size)

@@ -8,7 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjxwalk.strategies import bipop_cma_es, cma_es, ipop_cma_es, restarting_cma_es, starts
+from mjxwalk.strategies import (
+    bipop_cma_es,
+    cma_es,
+    evolution_paths,
+    ipop_cma_es,
+    starts,
+)
 from mjxwalk.strategies.evolution_paths import cma_rates
 from mjxwalk.strategies.search_ends import has_ended
 
@@ -71,7 +77,7 @@ def test_a_generation_of_twice_the_size_takes_two_calls_and_is_that_of_cma_es():
 
 
 def test_constants_are_those_of_each_size():
-    got = restarting_cma_es.rates_of_start(SIZE, 3, jnp.asarray(1), most=2, separable=False)
+    got = evolution_paths.rates_of_start(SIZE, 3, jnp.asarray(1), most=2, separable=False)
     expected = cma_rates(2 * SIZE, 3)
     np.testing.assert_allclose(got.weights[: 2 * SIZE], expected.weights, rtol=1e-6)
     assert not np.any(got.weights[2 * SIZE :])
