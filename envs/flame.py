@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.envs import checks, dynamics, flame_body, floating, motor, trial
+from mjxwalk.envs import checks, dynamics, edge, flame_body, floating, motor, trial
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.flame_body import (
     ACTUATED,
@@ -181,6 +181,7 @@ class Flame:
         """Of the motors; None if none is limited."""
         return flame_body.limits(self.body)
 
+    @edge.takes_arrays
     def reset(self, terrain: Terrain) -> State:
         """Returns a walker in the middle of a step, the left foot in the air."""
         depth = self.weight / (4.0 * self.contact.stiffness)
@@ -195,6 +196,7 @@ class Flame:
             **trial.begin(),
         )
 
+    @edge.takes_arrays
     def observe(self, state: State) -> Observation:
         """Returns what the walker senses."""
         return Observation(
@@ -209,6 +211,7 @@ class Flame:
             ankle_x=state.ankle_x,
         )
 
+    @edge.takes_arrays
     def step(self, state: State, action: Action, terrain: Terrain) -> State:
         """Returns the walker one physics step later, and whether its trial is over.
 

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.envs import checks, dynamics, motor, planar7_body, trial
+from mjxwalk.envs import checks, dynamics, edge, motor, planar7_body, trial
 from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.motor import Action
@@ -176,6 +176,7 @@ class Planar7:
         """Of the motors; None if none is limited."""
         return planar7_body.limits(self.model.mujoco)
 
+    @edge.takes_arrays
     def reset(self, terrain: Terrain) -> State:
         """Returns a walker at rest, one leg ahead of the other, soles level on the ground."""
         hip = self.start_hip_angle
@@ -192,6 +193,7 @@ class Planar7:
             **trial.begin(),
         )
 
+    @edge.takes_arrays
     def observe(self, state: State) -> Observation:
         """Returns what the walker senses."""
         return Observation(
@@ -204,6 +206,7 @@ class Planar7:
             ankle_x=state.ankle_x,
         )
 
+    @edge.takes_arrays
     def step(self, state: State, action: Action, terrain: Terrain) -> State:
         """Returns the walker one physics step later, and whether its trial is over.
 

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from mjxwalk.envs import checks, floating, trial
+from mjxwalk.envs import checks, edge, floating, trial
 from mjxwalk.envs.reil_body import (
     EULER,
     FEET,
@@ -74,6 +74,7 @@ class Reil(ReilPhysics):
         checks.not_negative(self, "max_still_time", "min_speed", "max_lag")
         checks.steps(self)
 
+    @edge.takes_arrays
     def reset(self, terrain: Terrain) -> State:
         """Returns a walker that stands straight, or moves already as its trial has it.
 
@@ -107,6 +108,7 @@ class Reil(ReilPhysics):
             **trial.begin(),
         )
 
+    @edge.takes_arrays
     def observe(self, state: State) -> Observation:
         """Returns what the walker senses."""
         return Observation(
@@ -129,6 +131,7 @@ class Reil(ReilPhysics):
         in_vain = state.fell & (distance < self.fallen_distance)
         return jnp.where(in_vain, 0.0, distance)
 
+    @edge.takes_arrays
     def step(self, state: State, action: HipTargets, terrain: Terrain) -> State:
         """Returns the walker one physics step later, and whether its trial is over."""
         axes = floating.rotation(state.qpos[EULER])

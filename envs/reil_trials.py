@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.envs import checks
+from mjxwalk.envs import checks, edge
 from mjxwalk.envs.terrain import Terrain
 
 NAMES = ("push", "sideways", "pitch_rate", "stride", "load", "slope")
@@ -53,6 +53,7 @@ class TrialVariation:
 
     def drawn(self, terrain: Terrain, name: str) -> Float[Array, ""]:
         """Returns how far a trial is from the usual one in what the field of that name says."""
+        edge.check_terrain(terrain, (len(NAMES),))
         place = (terrain.row, NAMES.index(name))
         return getattr(self, name) * jax.lax.dynamic_slice(terrain.heights, place, (1, 1))[0, 0]
 

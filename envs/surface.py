@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, UInt32
 
-from mjxwalk.envs import checks
+from mjxwalk.envs import checks, edge
 from mjxwalk.envs.terrain import Terrain
 
 FILTER_SIDE = 5  # nodes; Appendix A
@@ -77,6 +77,7 @@ class SerpentineWalk:
         self, terrain: Terrain, x: Float[Array, ""], y: Float[Array, ""]
     ) -> Float[Array, ""]:
         """Returns the ground's height at (x, y) by bilinear interpolation, m."""
+        edge.check_terrain(terrain, self.num_nodes)
         along, across = self.num_nodes
         period = 2.0 * (across - 1)
         sideways = y / self.spacing + 0.5 * (across - 1)

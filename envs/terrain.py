@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from mjxwalk.envs import checks
+from mjxwalk.envs import checks, edge
 
 
 class Terrain(NamedTuple):
@@ -70,6 +70,7 @@ class RandomWalk:
 
     def height(self, terrain: Terrain, x: Float[Array, ""]) -> Float[Array, ""]:
         """Returns the ground's height at x by linear interpolation, m."""
+        edge.check_terrain(terrain, (self.num_nodes,))
         last = self.num_nodes - 1
         position = jnp.clip((x - self.start) / self.spacing, 0.0, last)
         # The last interval also serves x beyond the end; NaN becomes node 0.

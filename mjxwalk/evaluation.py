@@ -4,7 +4,6 @@ from typing import Any, Protocol, runtime_checkable
 
 import jax
 import numpy as np
-from jaxtyping import Array, Float
 
 from mjxwalk import engines
 from mjxwalk.engines import lanes, mjx
@@ -76,22 +75,38 @@ class Evaluator:
             self._run.compile(repeated, Terrain(table, rows))  # type: ignore[arg-type]
 
     @pinned()
-    def evaluate(self, population: Any, heights: Float[Array, " terrain *node"]) -> Outcome:
+    def evaluate(self, population: Any, heights: Any) -> Outcome:
         """Returns the outcomes as numpy arrays [pop, terrain].
 
         Args:
           population: genotypes, leaves [pop, ...].
           heights: one terrain a row, m.
+
+        Raises:
+          ValueError: there is no genotype or no terrain, or leaves differ in how many they hold.
         """
+        population, heights = jax.tree.map(_on_host, population), _on_host(heights)
+        shapes = [leaf.shape for leaf in jax.tree.leaves(population)]
+        sizes = {shape[:1] for shape in shapes}
+        if len(sizes) != 1 or sizes & {(), (0,)}:
+            raise ValueError(f"population must have genotypes in front of all leaves, got {shapes}")
+        if not heights.ndim or not heights.shape[0]:
+            raise ValueError(f"heights must hold one terrain a row, got shape {heights.shape}")
         num_terrains = heights.shape[0]
         table = np.zeros((_table_rows(num_terrains), *heights.shape[1:]), np.float32)
         table[:num_terrains] = heights
-        repeated = jax.tree.map(lambda w: np.repeat(np.asarray(w), num_terrains, 0), population)
+        repeated = jax.tree.map(lambda w: np.repeat(w, num_terrains, 0), population)
         size = jax.tree.leaves(repeated)[0].shape[0]
         rows: Any = np.arange(size, dtype=np.int32) % num_terrains
         ground: Any = Terrain(table, rows)  # type: ignore[arg-type]
         outcome = self._run(repeated, ground)
         return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, num_terrains), outcome)
+
+
+def _on_host(values: Any) -> np.ndarray:
+    """Returns numbers as NumPy's, of the dtype that JAX would give them."""
+    array = np.asarray(values)
+    return array.astype(jax.dtypes.canonicalize_dtype(array.dtype), copy=False)
 
 
 def _table_rows(num_terrains: int) -> int:

@@ -47,9 +47,11 @@ class AngleDensity:
         outputs.check(self.out)
         from mjxwalk import engines
         from mjxwalk.analysis import angles, figures
+        from mjxwalk.envs import Flame, Planar7
 
         engines.prepare()
         walker = walkers.best(self.source)
+        walkers.check_walks(self.source, walker.experiment, (Planar7, Flame))
         env = walker.experiment.tried().env
         density = angles.angle_density(self._recordings(walker), env)
         if not density.steps:

@@ -41,6 +41,7 @@ class CompareIntegrators:
         if self.terrains < 1:
             raise RunError(f"--terrains must be at least 1, got {self.terrains}")
         walker = walkers.best(self.source)
+        walkers.check_walks(self.source, walker.experiment)
         experiment = walker.experiment.tried()
         print("| integrator | step (ms) | distance (m) | falls | speed (m/s) | cost of transport |")
         print("| --- | --- | --- | --- | --- | --- |")
@@ -59,9 +60,13 @@ class CompareIntegrators:
         trials = try_alone(experiment, genotype, terrains=self.terrains, seed=self.seed)
         return (
             f"{trials.distance.mean():.2f} | {trials.fell.mean():.1%} | "
-            f"{speed(trials.distance, trials.duration):.3f} | "
-            f"{cost_of_transport(trials.work, trials.distance, experiment.weight):.3f}"
+            f"{_cell(speed(trials.distance, trials.duration))} | "
+            f"{_cell(cost_of_transport(trials.work, trials.distance, experiment.weight))}"
         )
+
+
+def _cell(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ class GaitTable:
             outputs.check(self.csv, "--csv")
         if self.trials < 1:
             raise runs.RunError(f"--trials must be at least 1, got {self.trials}")
-        if self.duration < 0.0:
+        if not self.duration >= 0.0:
             raise runs.RunError(f"--duration must not be negative, got {self.duration}")
         for source in self.sources:
             walkers.check(source)
@@ -76,14 +76,18 @@ class GaitTable:
         from mjxwalk.analysis import gait, trials
 
         walker = walkers.best(source)
-        recording = trials.record_trials(
-            walker.experiment,
-            walker.genotype,
-            trials=self.trials,
-            seed=self.seed,
-            duration=self.duration or None,
-            engine=self.engine,
-        )
+        walkers.check_walks(source, walker.experiment)
+        try:
+            recording = trials.record_trials(
+                walker.experiment,
+                walker.genotype,
+                trials=self.trials,
+                seed=self.seed,
+                duration=self.duration or None,
+                engine=self.engine,
+            )
+        except ValueError as error:
+            raise runs.RunError(str(error)) from None
         measured = gait.measure_gait(recording, walker.experiment.tried().env)
         if measured.falls == measured.trials:
             print(f"{source}: falls in all {measured.trials} trials", file=sys.stderr)

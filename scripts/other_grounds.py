@@ -7,6 +7,7 @@ from typing import Any
 
 from mjxwalk import cli
 from mjxwalk.cli.parsing import RunFolder, Seed
+from mjxwalk.errors import RunError
 
 ROUGHNESS = (0.0, 0.001, 0.002, 0.004, 0.01)  # m
 
@@ -33,10 +34,13 @@ class OtherGrounds:
         Raises:
           RunError: the run has no walker, or there is no such setting.
         """
+        if self.trials < 1:
+            raise RunError(f"--trials must be at least 1, got {self.trials}")
         from mjxwalk import walkers
         from mjxwalk.settings import override
 
         walker = walkers.best(self.run_folder)
+        walkers.check_walks(self.run_folder, walker.experiment)
         experiment = walker.experiment
         if self.set is not None:
             path, _, value = self.set.partition("=")

@@ -81,9 +81,8 @@ class ReilTable:
         from mjxwalk.tournament.perturbed import perturbed
 
         walker = walkers.best(source)
+        walkers.check_walks(source, walker.experiment, (Reil,))
         env = walker.experiment.env
-        if not isinstance(env, Reil):
-            raise runs.RunError(f"{source} is no hip-powered biped")
         plain = dataclasses.replace(env, terrain=TrialVariation())
         half = dataclasses.replace(plain, timestep=plain.timestep / 2)
         draws = TrialVariation().sample(jax.random.key(self.seed), self.starts)
@@ -99,9 +98,15 @@ class ReilTable:
             "m, half step": far,
             "starts": share,
             "holds": share >= ENOUGH and far >= MILESTONE,
-            "drift m": float(np.mean(np.abs(pushed["drift"][pushed["distance"] >= MILESTONE]))),
-            **{name: float(np.nanmean(pushed[name])) for name in _GAIT},
+            "drift m": _mean(np.abs(pushed["drift"][pushed["distance"] >= MILESTONE])),
+            **{name: _mean(pushed[name]) for name in _GAIT},
         }
+
+
+def _mean(values: Any) -> float:
+    """Returns the mean of what is no NaN; NaN of nothing."""
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if known.size else float("nan")
 
 
 def _phases(source: str) -> dict[str, str]:

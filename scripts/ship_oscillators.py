@@ -35,8 +35,11 @@ class ShipOscillators:
         from mjxwalk.analysis import fits
         from mjxwalk.controllers.rayleigh_walker import FITTED_PATH, Fitted
         from mjxwalk.experiments import repeating
+        from mjxwalk.fitting import Fitting
 
         best = walkers.best(self.run_folder)
+        if not isinstance(best.experiment, Fitting):
+            raise runs.RunError(f"{self.run_folder} has no oscillators fitted to a gait")
         state = fits.settled_state(best.experiment, best.genotype, SETTLING_CYCLES)
         fitted = Fitted(
             command=repeating.command(runs.load(self.run_folder), best.experiment),

@@ -66,9 +66,8 @@ class SpatialTable:
         from mjxwalk.settings import override
 
         walker = walkers.best(source)
+        walkers.check_walks(source, walker.experiment, (Flame,))
         experiment = walker.experiment.tried()
-        if not isinstance(experiment.env, Flame):
-            raise runs.RunError(f"{source} is no spatial walker")
         if self.roughness is not None:
             experiment = override(experiment, "env.terrain.roughness", str(self.roughness))
         recording = trials.record_trials(

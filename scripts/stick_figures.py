@@ -60,11 +60,13 @@ class StickFigures:
 
         from mjxwalk import engines, replay
         from mjxwalk.analysis import sticks
-        from mjxwalk.envs import Terrain
+        from mjxwalk.envs import Flame, Planar7, Terrain
 
         engines.prepare()
+        walkers.check_walks(self.source, walker.experiment, (Planar7, Flame))
         experiment = walker.experiment.tried()
         env, key = experiment.env, jax.random.key(self.terrain_seed)
+        interval = min(self.interval, env.max_time)
         heights = np.asarray(experiment.sample_terrains(key, 1))
         terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
         recording = replay.record(
@@ -72,8 +74,8 @@ class StickFigures:
             experiment.controller,
             jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype),
             terrain,
-            duration=max(self.start + self.duration, self.interval),
-            frames_per_second=1.0 / self.interval,
+            duration=max(min(self.start + self.duration, env.max_time), interval),
+            frames_per_second=1.0 / interval,
         )
         walking = (recording.time[:, 0] >= self.start) & ~recording.done[:, 0]
         if not walking.any():

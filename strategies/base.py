@@ -83,7 +83,7 @@ class Tell(Protocol[StateT, MetricsT_co]):
         self,
         key: PRNGKeyArray,
         population: Population,
-        fitness: Float[Array, " pop"],
+        fitness: Any,
         state: StateT,
         /,
     ) -> tuple[StateT, MetricsT_co]:
@@ -91,8 +91,8 @@ class Tell(Protocol[StateT, MetricsT_co]):
 
         Args:
           key: random key, different from the one `ask` had.
-          population: genotypes from `ask`, in the same order.
-          fitness: one value a genotype, higher is better, NaN is worst.
+          population: genotypes from `ask`, in the same order; JAX's arrays or NumPy's.
+          fitness: one value a genotype, higher is better, NaN is worst; an array or a list.
           state: state from `ask`.
         """
         ...

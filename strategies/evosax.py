@@ -140,7 +140,7 @@ class EvosaxAlgorithm:
         """Weights of a solution."""
         return sum(leaf.size for leaf in jax.tree.leaves(self.solution))
 
-    def init(self, key: PRNGKeyArray, mean: Genotype, params: None = None) -> ToEvosaxState:
+    def init(self, key: PRNGKeyArray, mean: Any, params: None = None) -> ToEvosaxState:
         """Returns the state before anything is evaluated."""
         del params
         mean = edge.as_template(mean)
@@ -162,8 +162,8 @@ class EvosaxAlgorithm:
     def tell(
         self,
         key: PRNGKeyArray,
-        population: Population,
-        fitness: Float[Array, " pop"],
+        population: Any,
+        fitness: Any,
         state: ToEvosaxState,
         params: None = None,
     ) -> tuple[ToEvosaxState, dict[str, Any]]:
@@ -193,7 +193,7 @@ class EvosaxAlgorithm:
         return ToEvosaxState(inner, best_solution, best_fitness, counted), metrics
 
 
-def to_evosax(strategy: Strategy[Any, Any], solution: Genotype) -> EvosaxAlgorithm:
+def to_evosax(strategy: Strategy[Any, Any], solution: Any) -> EvosaxAlgorithm:
     """Returns a strategy with the methods of an algorithm of evosax, for loops written for those.
 
     Args:

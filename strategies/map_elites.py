@@ -63,8 +63,8 @@ class TellBehaviour(Protocol):
         self,
         key: PRNGKeyArray,
         population: Population,
-        fitness: Float[Array, " pop"],
-        behaviour: Float[Array, "pop axis"],
+        fitness: Any,
+        behaviour: Any,
         state: MapElitesState,
         /,
     ) -> tuple[MapElitesState, MapElitesMetrics]:
@@ -150,7 +150,7 @@ def map_elites(
 
     def tell_behaviour(
         key: PRNGKeyArray,
-        population: Population,
+        population: Any,
         fitness: Any,
         behaviour: Any,
         state: MapElitesState,

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ from analysis.walking import recording, walk
 from mjxwalk import cli, runs, walkers
 from mjxwalk.analysis import trials
 from mjxwalk.controllers import LinearReactive, Weights
+from mjxwalk.experiments.rayleigh import RAYLEIGH
+from mjxwalk.experiments.reil import REIL_UNASSISTED
 from mjxwalk.experiments.solomon import PLANAR_FIL
 from mjxwalk.walkers import Walker
 
@@ -24,6 +27,7 @@ def load(name: str) -> Any:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # where tyro looks for the docstrings of a class
     spec.loader.exec_module(module)
     return module
 
@@ -34,6 +38,11 @@ SURVIVAL = load("link_survival").LinkSurvival
 GAIT = load("gait_table").GaitTable
 DENSITY = load("angle_density").AngleDensity
 STICKS = load("stick_figures").StickFigures
+GROUNDS = load("other_grounds").OtherGrounds
+INTEGRATORS = load("compare_integrators").CompareIntegrators
+REIL_TABLE = load("reil_table").ReilTable
+SPATIAL = load("spatial_table").SpatialTable
+OSCILLATORS = load("ship_oscillators").ShipOscillators
 
 
 @pytest.fixture(autouse=True)
@@ -76,7 +85,7 @@ def planar(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def best(source: str) -> Walker:
         return Walker(
-            name=source, rank="winner", experiment=PLANAR_FIL, genotype=genotype, generation=1
+            name=str(source), rank="winner", experiment=PLANAR_FIL, genotype=genotype, generation=1
         )
 
     monkeypatch.setattr(walkers, "best", best)
@@ -156,6 +165,15 @@ def test_walkers_that_fall_are_said_to(capsys: pytest.CaptureFixture[str]) -> No
         (GAIT, ["b", "--duration", "-1"], "--duration must not be negative, got -1.0"),
         (DENSITY, ["b", "--trials", "-3"], "--trials must be at least 1, got -3"),
         (STICKS, ["b", "--interval", "0"], "--interval must be at least 0.01"),
+        (STICKS, ["b", "--start", "inf"], "the walker's trial is over before inf s"),
+        (STICKS, ["b", "--terrain-seed", "-1"], "--terrain-seed must be a whole number from 0"),
+        (GAIT, ["b", "--duration", "nan"], "--duration must not be negative, got nan"),
+        (GAIT, ["b", "--duration", "0.001"], "duration must be a frame at least"),
+        (GAIT, ["b", "--seed", "9" * 30], "--seed must be a whole number from 0 to 4294967295"),
+        (GROUNDS, ["b", "--trials", "0"], "--trials must be at least 1, got 0"),
+        (SPATIAL, ["b"], "b has the body Planar7, and this is for Flame"),
+        (REIL_TABLE, ["zoo:b"], "zoo:b has the body Planar7, and this is for Reil"),
+        (OSCILLATORS, ["b"], "b has no oscillators fitted to a gait"),
     ],
 )
 def test_wrong_arguments_are_one_sentence(
@@ -165,6 +183,41 @@ def test_wrong_arguments_are_one_sentence(
     assert cli.run("script.py", command, args) == 2
     complaint = capsys.readouterr().err
     assert message in complaint and complaint.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "command", [GAIT, DENSITY, STICKS, GROUNDS, INTEGRATORS, REIL_TABLE, SPATIAL]
+)
+def test_a_fit_in_which_nothing_walks_is_one_sentence(
+    command: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _offer(monkeypatch, RAYLEIGH)
+    capsys.readouterr()
+    assert cli.run("script.py", command, ["zoo:b"]) == 2
+    assert capsys.readouterr().err.startswith("script.py: zoo:b is a fit, in which nothing walks")
+
+
+@pytest.mark.parametrize("command", [DENSITY, STICKS, SPATIAL])
+def test_a_body_that_is_not_known_is_one_sentence(
+    command: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _offer(monkeypatch, REIL_UNASSISTED)
+    capsys.readouterr()
+    assert cli.run("script.py", command, ["zoo:b"]) == 2
+    assert capsys.readouterr().err.startswith("script.py: zoo:b has the body Reil, and this is for")
+
+
+def _offer(monkeypatch: pytest.MonkeyPatch, experiment: Any) -> None:
+    """Lets every source hold the template of an experiment."""
+    walker = Walker(
+        name="b",
+        rank="winner",
+        experiment=experiment,
+        genotype=experiment.template(),
+        generation=1,
+    )
+    monkeypatch.setattr(walkers, "best", lambda source: walker)
+    monkeypatch.setattr(walkers, "check", lambda source: None)
 
 
 def test_walkers_without_links_are_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:

@@ -43,6 +43,7 @@ def record_trials(
     if trials < 1:
         raise ValueError(f"trials must be at least 1, got {trials}")
     experiment = experiment.tried()
+    longest = experiment.env.max_time
     key = jax.random.fold_in(jax.random.key(seed), ANALYSIS)
     heights = np.asarray(experiment.sample_terrains(key, trials))
     terrain: Any = Terrain(heights, np.arange(trials, dtype=np.int32))  # type: ignore[arg-type]
@@ -51,7 +52,7 @@ def record_trials(
         experiment.controller,
         jax.tree.map(lambda leaf: np.repeat(np.asarray(leaf)[None], trials, axis=0), genotype),
         terrain,
-        duration=experiment.env.max_time if duration is None else duration,
+        duration=longest if duration is None else min(duration, longest),
         frames_per_second=frames_per_second,
         engine=engine,
     )

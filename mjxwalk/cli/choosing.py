@@ -38,7 +38,7 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
       RunError: a setting is unknown or has a wrong value, or the run cannot start from what it
         was told to.
     """
-    experiment = _with_flags(asked, scaled(experiments.get(asked.experiment), asked.scale))
+    experiment = _with_flags(asked, _scaled(asked, experiments.get(asked.experiment)))
     if asked.strategy is not None:
         experiment = _with_strategy(asked.strategy, experiment)
     for path, value in _assignments(asked):
@@ -87,8 +87,8 @@ def choose_study(asked: "Evolve") -> StudyConfig:
     Raises:
       RunError: a setting is unknown or has a wrong value.
     """
-    study = experiments.get_study(asked.experiment).scaled(asked.scale)
-    phases = {name: _with_flags(asked, experiment) for name, experiment in study.phases}
+    study = experiments.get_study(asked.experiment)
+    phases = {name: _with_flags(asked, _scaled(asked, phase)) for name, phase in study.phases}
     for path, value in _assignments(asked):
         name, _, rest = path.partition(".")
         if name not in phases or not rest:
@@ -113,6 +113,15 @@ def choose_study(asked: "Evolve") -> StudyConfig:
         )
     except (ValueError, TypeError) as error:
         raise RunError(str(error)) from None
+
+
+def _scaled(asked: "Evolve", experiment: Any) -> Any:
+    try:
+        return scaled(experiment, asked.scale)
+    except (ValueError, OverflowError):
+        raise RunError(
+            f"--scale {asked.scale:g} is no scale for {experiment.name}; choose one nearer 1"
+        ) from None
 
 
 def _save_every(experiment: Any) -> int:
@@ -147,7 +156,7 @@ def _with_links(asked: "Evolve", phases: dict[str, Any], links: str) -> dict[str
     with_table = {
         name: override(experiment, "controller.links", links)
         for name, experiment in phases.items()
-        if isinstance(experiment.controller.links, Mapping)
+        if isinstance(getattr(experiment.controller, "links", None), Mapping)
     }
     if not with_table:
         raise RunError(f"no phase of {asked.experiment} takes its links from a table")

@@ -17,6 +17,7 @@ from jaxtyping import Array, Float
 
 from mjxwalk.controllers import ctrnn
 from mjxwalk.envs.checks import not_negative, positive
+from mjxwalk.envs.edge import takes_genotype
 from mjxwalk.envs.reil import HipTargets, Observation
 
 # ours, both: legs can only part if their oscillators start apart.
@@ -124,6 +125,7 @@ class CtrnnWalker:
         oscillator = ctrnn.Network(weight, centre + self.bias * genes.bias, time_constant)
         return ctrnn.Coupled(oscillator, lateral, sagittal)
 
+    @takes_genotype
     def init(self, genes: Genes) -> Memory:
         """Returns the network at the start of a trial: left and right are each other's opposite."""
         del genes
@@ -131,6 +133,7 @@ class CtrnnWalker:
         state = jnp.broadcast_to(sides[:, None], (ctrnn.NUM_OSCILLATORS, ctrnn.NUM_NEURONS))
         return Memory(state, jnp.zeros(()))
 
+    @takes_genotype
     def act(
         self, genes: Genes, memory: Memory, observation: Observation
     ) -> tuple[Memory, HipTargets]:

@@ -16,6 +16,7 @@ from jaxtyping import Array, Bool, Float
 from mjxwalk.controllers import tables
 from mjxwalk.envs import Action, Observation
 from mjxwalk.envs.checks import not_negative, positive
+from mjxwalk.envs.edge import takes_genotype
 
 NETWORKS = ("torso", "inter-leg", "stance knee", "swing knee", "stance ankle", "swing ankle")
 ANGLES = (
@@ -136,11 +137,13 @@ class LinearReactive:
         gains = jnp.broadcast_to(numbers, (len(NETWORKS), 2)) if self.output == "angle" else None
         return Weights(rows, rows, jnp.asarray(len(NETWORKS)), gains)
 
+    @takes_genotype
     def init(self, weights: Weights) -> Memory:
         """Returns the memory at the start of a trial."""
         del weights
         return Memory(left_stance=jnp.zeros((), bool))
 
+    @takes_genotype
     def act(
         self, weights: Weights, memory: Memory, observation: Observation
     ) -> tuple[Memory, Action]:

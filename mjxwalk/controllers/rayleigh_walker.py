@@ -24,6 +24,7 @@ from mjxwalk.controllers.patterns import HarmonicGenes, HarmonicLegs, HarmonicNe
 from mjxwalk.controllers.rayleigh import Motion
 from mjxwalk.envs import Action, Observation
 from mjxwalk.envs.checks import not_negative, positive
+from mjxwalk.envs.edge import takes_genotype
 
 # Written by scripts/ship_oscillators.py; says which command fitted them.
 FITTED_PATH = Path(__file__).with_name("fitted_harmonics.json")
@@ -137,11 +138,13 @@ class RayleighWalker:
         """Returns the number of the mutation rate of each gene: all have one."""
         return jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, int), self.template())
 
+    @takes_genotype
     def init(self, genotype: Gains) -> Clock:
         """Returns the oscillators at the left heel's strike."""
         del genotype
         return Clock(_strike(left=True), jnp.zeros(()), jnp.ones((), bool), jnp.ones(2, bool))
 
+    @takes_genotype
     def act(self, genotype: Gains, memory: Clock, observation: Observation) -> tuple[Clock, Action]:
         """Returns the oscillators at the time of the observation, and what the joints are to do."""
         legs, network = _oscillators()

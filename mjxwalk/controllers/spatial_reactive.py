@@ -20,6 +20,7 @@ from mjxwalk.controllers import tables
 from mjxwalk.controllers.linear_reactive import Memory, stance_leg
 from mjxwalk.envs import Action
 from mjxwalk.envs.checks import positive
+from mjxwalk.envs.edge import takes_genotype
 from mjxwalk.envs.flame import Observation
 
 NETWORKS = (
@@ -164,11 +165,13 @@ class SpatialReactive:
             ]
         return rows
 
+    @takes_genotype
     def init(self, weights: SpatialWeights) -> Memory:
         """Returns the memory at the start of a trial."""
         del weights
         return Memory(left_stance=jnp.zeros((), bool))
 
+    @takes_genotype
     def act(
         self, weights: SpatialWeights, memory: Memory, observation: Observation
     ) -> tuple[Memory, Action]:

@@ -42,6 +42,23 @@ def _spaces(task: MjxEnv) -> tuple[spaces.Box, spaces.Box]:
     return seen, spaces.Box(-1.0, 1.0, (task.action_size,), np.float32)
 
 
+def as_actions(actions: Any, shape: tuple[int, ...]) -> Any:
+    """Returns actions as JAX has them.
+
+    Raises:
+      ValueError: they are no finite numbers, or not one for each motor.
+    """
+    try:
+        given = np.asarray(actions, np.float32)
+    except (TypeError, ValueError):
+        raise ValueError(f"action must hold numbers, got {type(actions).__name__}") from None
+    if given.shape != shape:
+        raise ValueError(f"action must have shape {shape}, got {given.shape}")
+    if not np.isfinite(given).all():
+        raise ValueError(f"action must be finite, got {given[~np.isfinite(given)][0]}")
+    return jnp.asarray(given)
+
+
 class WalkerEnv(gymnasium.Env[Any, Any]):
     """One walker; every reset gives it a new terrain. The return is the distance, m."""
 
@@ -90,11 +107,12 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
         Raises:
           ForkedError: JAX cannot compute in this process.
           RuntimeError: it was not reset before.
+          ValueError: the action is not one finite number for each motor.
         """
         forking.check()
         if self._state is None:
             raise RuntimeError("call reset before step")
-        state = self._step(self._state, jnp.asarray(action, jnp.float32))
+        state = self._step(self._state, as_actions(action, (self.task.action_size,)))
         self._state = state
         fell, done = bool(state.data.fell), bool(state.done)
         told = {name: float(value) for name, value in state.metrics.items()}
@@ -188,14 +206,14 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
         Raises:
           ForkedError: JAX cannot compute in this process.
           RuntimeError: it was not reset before.
+          ValueError: the actions are not one finite number for each motor of each walker.
         """
         forking.check()
         if self._datas is None:
             raise RuntimeError("call reset before step")
+        given = as_actions(actions, (self.num_envs, self.task.action_size))
         self._key, key = jax.random.split(self._key)
-        self._datas, found = self._compiled_step(
-            self._datas, jnp.asarray(actions, jnp.float32), key, self._heights
-        )
+        self._datas, found = self._compiled_step(self._datas, given, key, self._heights)
         obs, reward, fell, done, metrics = jax.tree.map(np.array, found)
         known = {f"_{name}": np.ones(self.num_envs, bool) for name in metrics}
         return obs, reward.astype(np.float64), fell, done & ~fell, metrics | known

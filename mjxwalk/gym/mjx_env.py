@@ -91,7 +91,14 @@ class MjxEnv:
         )
 
     def step(self, state: State, action: Float[Array, " motor"]) -> State:
-        """Returns the walker after one action, which lasts for several steps of the physics."""
+        """Returns the walker after one action, which lasts for several steps of the physics.
+
+        Raises:
+          ValueError: the action is not one number for each motor.
+        """
+        action = jnp.asarray(action, float)
+        if action.shape != (self.action_size,):
+            raise ValueError(f"action must have shape ({self.action_size},), got {action.shape}")
         ground = Terrain(state.info["terrain"], state.info["row"])
         nothing = jnp.zeros_like(action)
         torque = jnp.asarray(self._torque) * jnp.clip(action, -1.0, 1.0)

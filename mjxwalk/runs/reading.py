@@ -1,6 +1,7 @@
 """Reads a run, finished or not, into numpy arrays, without an accelerator."""
 
 import dataclasses
+import operator
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,11 @@ def load(path: str | Path, generation: int | None = None) -> Run:
       RunError: the folder holds no run, or the generation asked for cannot be read.
     """
     path = Path(path)
+    if generation is not None:
+        try:
+            generation = operator.index(generation)
+        except TypeError:
+            raise RunError(f"generation must be a whole number, got {generation!r}") from None
     folder.check_run(path)
     data = config.read_data(path)
     generations, number, arrays, damaged = _checkpoint(path / folder.CHECKPOINTS, generation)

@@ -27,6 +27,7 @@ def unflatten(template: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
       RunError: a name is missing or too many, or an array has another shape or dtype.
     """
     leaves, structure = jax.tree.flatten_with_path(template)
+    arrays = {name: np.asarray(array) for name, array in arrays.items()}
     wanted = {_name(path): leaf for path, leaf in leaves}
     for name in arrays:
         if name not in wanted:

@@ -10,7 +10,8 @@ from mjxwalk.envs._mujoco import compiled, mujoco
 from mjxwalk.errors import RunError
 from mjxwalk.watch import bodies, grounds
 
-COLOURS = {"left": [0.88, 0.48, 0.25, 1.0], "right": [0.25, 0.5, 0.78, 1.0]}
+# Those of the pages; see watch.css.
+COLOURS = {"left": [0.122, 0.4, 0.82, 1.0], "right": [0.824, 0.345, 0.106, 1.0]}
 LEAST_RELIEF = 0.001  # m; a height field of no height at all is refused
 BASE = 0.3  # m of ground below its lowest point
 

@@ -7,9 +7,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from mjxwalk import runs, shell, terminal, walkers
+from mjxwalk import runs, terminal, walkers
 from mjxwalk.errors import RunError
-from mjxwalk.fitting import Fitting
 from mjxwalk.runs import checkpoints, folder
 
 RANKS = {
@@ -48,7 +47,7 @@ def best(source: str | Path) -> Cast:
       RunError: there is no such source, it has no walker yet, or it is a fit.
     """
     found = walkers.best(source)
-    _check_walks(source, found.experiment)
+    walkers.check_walks(source, found.experiment)
     return of_walker(found)
 
 
@@ -103,7 +102,7 @@ def population(source: str | Path, number: int, generation: int | None) -> Cast:
     if run.generation == 0:
         raise RunError(f"{source} has not saved a generation yet")
     experiment = run.experiment()
-    _check_walks(source, experiment)
+    walkers.check_walks(source, experiment)
     fitness = np.where(np.isfinite(run.fitness), run.fitness, -np.inf)
     chosen = np.argsort(-fitness, kind="stable")[:number]
     arrays = {name: leaf[chosen] for name, leaf in run.population.items()}
@@ -167,7 +166,7 @@ class _Known:
 
 def _known(source: str | Path) -> _Known:
     elites = walkers.find(source)
-    _check_walks(source, elites.experiment)
+    walkers.check_walks(source, elites.experiment)
     generations = {int(generation) for generation in elites.generations}
     if not walkers.in_zoo(source):
         generations |= set(checkpoints.generations(Path(source) / folder.CHECKPOINTS))
@@ -188,12 +187,6 @@ def _check_there(source: str | Path, generation: int, known: _Known) -> None:
 def _check_is_run(source: str | Path, what: str) -> None:
     if walkers.in_zoo(source):
         raise RunError(f"{source} is one walker and has no {what.removeprefix('a ')}; name a run")
-
-
-def _check_walks(source: str | Path, experiment: Any) -> None:
-    if isinstance(experiment, Fitting):
-        report = shell.command("report", Path(source))
-        raise RunError(f"{source} is a fit, in which nothing walks; see {report}")
 
 
 def ranges(generations: Any) -> str:

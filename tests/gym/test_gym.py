@@ -175,3 +175,47 @@ def test_gymnasium_finds_the_tasks_by_a_name_with_the_module() -> None:
     assert gymnasium.spec("mjxwalk/Flame-v0").kwargs == {"body": "Flame"}
     env: Any = gymnasium.make("mjxwalk.gym:mjxwalk/Planar7-v0")
     assert env.unwrapped.task.action_size == 6
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        (0.5, r"action must have shape \(6,\), got \(\)"),
+        (np.zeros(5), r"action must have shape \(6,\), got \(5,\)"),
+        (np.zeros((1, 6)), r"action must have shape \(6,\), got \(1, 6\)"),
+        ([0.0, 0.0, np.nan, 0.0, 0.0, 0.0], "action must be finite, got nan"),
+        (np.full(6, np.inf), "action must be finite, got inf"),
+        ("abcdef", "action must hold numbers, got str"),
+        (None, r"action must have shape|action must be finite"),
+    ],
+)
+def test_an_action_that_is_not_one_number_for_each_motor_is_refused(
+    action: Any, message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        environments.as_actions(action, (6,))
+
+
+def test_both_kinds_of_environments_check_their_actions(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, many = environments.WalkerEnv(), environments.WalkerVectorEnv(num_envs=2)
+    monkeypatch.setattr(one, "_state", object())
+    monkeypatch.setattr(many, "_datas", object())
+    with pytest.raises(ValueError, match=r"action must have shape \(6,\), got \(\)"):
+        one.step(0.5)
+    with pytest.raises(ValueError, match=r"action must have shape \(2, 6\), got \(6,\)"):
+        many.step(np.zeros(6))
+
+
+def test_actions_may_be_lists_and_of_double_precision() -> None:
+    for action in ([0.5] * 6, np.full(6, 0.5), np.full(6, 0.5, np.float16)):
+        got = environments.as_actions(action, (6,))
+        assert got.dtype == jnp.float32
+        np.testing.assert_array_equal(got, np.full(6, 0.5))
+
+
+@pytest.mark.usefixtures("unchecked_types")
+def test_a_task_refuses_one_number_for_all_motors() -> None:
+    task = MjxEnv(Planar7())
+    state = jax.eval_shape(task.reset, jax.random.key(0))
+    with pytest.raises(ValueError, match=r"action must have shape \(6,\), got \(\)"):
+        jax.eval_shape(task.step, state, 0.5)

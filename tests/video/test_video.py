@@ -14,9 +14,10 @@ import pytest
 from PIL import Image
 
 from mjxwalk import cli, video, walkers
-from mjxwalk.envs import Flame, Terrain
+from mjxwalk.envs import Flame, Planar7, Terrain
 from mjxwalk.errors import RunError
 from mjxwalk.video import filming, offscreen, scene
+from mjxwalk.watch import page
 
 SIZE = (160, 120)
 
@@ -81,14 +82,30 @@ def test_frames_of_a_gif_change(shot: video.Shot, tmp_path: Path) -> None:
 def test_pictures_show_the_walker_and_its_ground(shot: video.Shot) -> None:
     picture = next(iter(filming.draw(shot, 25.0, SIZE)))
     red, green, blue = (picture[..., place].astype(int) for place in range(3))
-    legs = (red > blue + 40) & (red > green + 20), (blue > red + 40)
-    for side in legs:  # the left leg is orange, the right one blue
+    legs = (blue > red + 40), (red > blue + 40) & (red > green + 20)
+    for side in legs:  # the left leg is blue, the right one orange
         rows, columns = np.nonzero(side)
         assert len(rows) > 30
         assert abs(columns.mean() - 80) < 30  # the camera follows
     sky, ground = picture[:20].mean(axis=(0, 1)), picture[-8:].mean(axis=(0, 1))
     assert sky[2] > sky[0]  # bluish
     assert ground[0] >= ground[2]  # not so
+
+
+@pytest.mark.parametrize("env", [Planar7(), Flame()], ids=["planar", "spatial"])
+def test_legs_have_the_colours_of_the_pages(env: Any) -> None:
+    style = (Path(page.__file__).parent / "bundle" / "watch.css").read_text()
+    heights = np.asarray(env.terrain.sample(jax.random.key(0), 1))[0]
+    model = scene.build(env, heights, np.zeros((1, 15)), SIZE)
+    for side in ("left", "right"):
+        found = re.search(rf"--{side}: #(\w{{6}})", style)
+        assert found is not None
+        expected = [value / 255 for value in bytes.fromhex(found[1])]
+        for link in ("thigh", "shank", "foot"):
+            geoms = np.flatnonzero(model.geom_bodyid == model.body(f"{link}_{side}").id)
+            assert len(geoms)
+            for geom in geoms:
+                np.testing.assert_allclose(model.geom_rgba[geom, :3], expected, atol=0.003)
 
 
 def test_the_spatial_body_stands_on_its_ground() -> None:
