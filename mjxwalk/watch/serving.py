@@ -61,8 +61,9 @@ class Serving:
         threading.Thread(target=self._serve, name="live", daemon=True).start()
 
     def close(self) -> None:
-        """Stops listening."""
+        """Stops listening, and ends the threads."""
         self._server.close()
+        self._server.task_dispatcher.shutdown()
 
     def _serve(self) -> None:
         try:

@@ -135,7 +135,7 @@ def test_tables_name_every_gene():
 
 
 def test_wrong_settings_are_named():
-    with pytest.raises(ValueError, match="num_harmonics must be 2 or above, got 1"):
+    with pytest.raises(ValueError, match="num_harmonics must be from 2 to 50, got 1"):
         HarmonicLegs(num_harmonics=1)
     with pytest.raises(ValueError, match="largest must be positive, got 0"):
         FourJoints(largest=0.0)

@@ -58,4 +58,4 @@ def test_runs_that_are_no_phases_need_one_experiment() -> None:
 
 
 def test_bytes_that_are_no_text_are_shown() -> None:
-    assert sources.shown(Path("runs/\udcff")) == "runs/?"
+    assert sources.shown(Path("runs/\udcff")) == r"runs/\udcff"

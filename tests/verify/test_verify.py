@@ -181,7 +181,7 @@ def test_the_command_shows_and_writes_the_figures(
         (["zoo:planar-lpd", "--terrains", "0"], "--terrains must be at least 1, got 0"),
         (["zoo:planar-lpd", "--seed", "-1"], "--seed must be a whole number from 0 to 4294967295"),
         (["zoo:planar-lpd", "--roughness", "-1"], "--roughness must not be negative, got -1.0"),
-        (["zoo:planar-lpd", "--json", "no/x.json"], "--json no/x.json cannot be written"),
+        (["zoo:planar-lpd", "--json", "no/x.json"], "--json no/x.json is in no folder"),
         (["toy"], "toy has the body World; verify is set up for Planar7 and Flame"),
     ],
 )

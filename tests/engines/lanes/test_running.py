@@ -31,6 +31,7 @@ def test_a_signal_stops_a_kernel_that_would_never_end() -> None:
 
     mapped = lanes.vmap(endless)
     mapped.compile(np.ones(1, np.float32))
+    others = threading.active_count()
     before = signal.signal(signal.SIGALRM, ring)
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.2)
@@ -40,7 +41,7 @@ def test_a_signal_stops_a_kernel_that_would_never_end() -> None:
         assert time.perf_counter() - start < 5
     finally:
         signal.signal(signal.SIGALRM, before)
-    assert threading.active_count() < 20  # its threads have ended
+    assert threading.active_count() <= others + mapped.threads  # no more than stay for the next
 
 
 def test_python_goes_on_while_a_kernel_runs() -> None:
