@@ -12,12 +12,18 @@ import time
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
+# What every function that computes needs: nobody changed one before these were loaded.
+COMPUTING = ("jax", "mujoco", "numpy")
 _begun: list[float] = []  # when the program began, s since the epoch; empty in other processes
 
 
 def declare() -> None:
-    """Says that the program begins here; only its entry points call this."""
-    _begun[:] = [time.time()]
+    """Says that the program begins here; only its entry points call this.
+
+    It does not where something was loaded that computes: a script that changes this package and
+    then runs the program, or what Python loads as it starts, may have changed what that means.
+    """
+    _begun[:] = [] if any(name in sys.modules for name in COMPUTING) else [time.time()]
 
 
 def begun() -> float | None:

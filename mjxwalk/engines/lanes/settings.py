@@ -3,7 +3,8 @@
 Only methods of this package's frozen settings have such a name, and only in the program's own
 process, where nothing but installed code can have changed what they compute. The name depends on
 all the settings, on the content of every file of this package, and on what configures JAX. An entry
-also records every other file that its process had loaded, and counts only while all are unchanged.
+also records every other file that its process had loaded, and what Python has compiled of either,
+and counts only while all are unchanged.
 Any other function is traced every time, and its kernel is found by the code that tracing gives.
 """
 
@@ -13,6 +14,7 @@ import functools
 import hashlib
 import importlib.util
 import os
+import stat
 import sys
 import types
 from collections.abc import Iterator
@@ -27,7 +29,8 @@ from mjxwalk import own_process
 PLAIN = (bool, int, float, complex, str, bytes, types.NoneType)
 CONFIGURING = ("JAX", "XLA", "MJX", "MUJOCO")  # how such environment variables begin
 
-Stamps = dict[str, list[int]]  # path: size, times of last change of content and of status in ns
+# path: size, times of last change of content and of status in ns; nothing of a file that is missing
+Stamps = dict[str, list[int]]
 
 
 class Unnamed(Exception):
@@ -90,20 +93,21 @@ def _configuration() -> str:
 def _sources(begun: float) -> str | None:
     """Returns the content of all files of this package as a digest.
 
-    None if a file has changed since the process began, and may not be the one that it loaded.
+    None if one has changed since the process began, and may not be what it loaded, or cannot be
+    read; or if there are none, as in an archive that Python imports from.
     """
     found = hashlib.sha256()
-    for path in sorted(_package_files()):
-        status = os.stat(path)
-        if _newest(status) > begun:
+    paths = sorted(_package_files())
+    for path in paths:
+        try:
+            status = os.stat(path)
+            if not stat.S_ISREG(status.st_mode) or _newest(status) > begun:
+                return None
+            found.update(f"{path}:{status.st_size}:".encode(errors="surrogateescape"))
+            found.update(Path(path).read_bytes())
+        except OSError:  # such as an editor's link that leads nowhere
             return None
-        found.update(f"{path}:{status.st_size}:".encode(errors="surrogateescape"))
-        found.update(Path(path).read_bytes())
-        # Python runs its compiled file, which it takes for the source's by size and time alone.
-        compiled = Path(_compiled(path))
-        if compiled.exists() and compiled.stat().st_mtime < _newest(status):
-            found.update(compiled.read_bytes())
-    return found.hexdigest()
+    return found.hexdigest() if paths else None
 
 
 def _package_files() -> Iterator[str]:
@@ -135,15 +139,16 @@ def loaded() -> Loaded | None:
         return None
     modules = own_process.modules()
     outside = {name: file for name, file in modules.items() if not own_process.is_ours(file)}
-    files: Stamps = {}
-    for path in outside.values():
-        stamp, compiled = _stamp(path), _stamp(_compiled(path))
-        if stamp is None:
-            return None
-        files |= {path: stamp} | ({_compiled(path): compiled} if compiled else {})
-    if max(max(times) for _, *times in files.values()) > begun * 1e9:
+    files: Stamps = {path: _stamp(path) for path in outside.values()}
+    # Python runs what it has compiled, which it takes for the source's by size and time alone.
+    compiled = {path: _stamp(path) for path in map(_compiled, outside.values())}
+    if not all(files.values()):
         return None
-    return Loaded(files, {name: file for name, file in outside.items() if "." not in name})
+    if max(max(times) for _, *times in filter(None, (files | compiled).values())) > begun * 1e9:
+        return None
+    ours = {path: _stamp(path) for path in map(_compiled, modules.values()) if path not in compiled}
+    named = {name: file for name, file in outside.items() if "." not in name}
+    return Loaded(files | compiled | ours, named)
 
 
 def holds(recorded: Loaded) -> bool:
@@ -161,9 +166,9 @@ def _origin(name: str) -> str | None:
     return None if spec is None else spec.origin
 
 
-def _stamp(path: str) -> list[int] | None:
+def _stamp(path: str) -> list[int]:
     try:
         status = os.stat(path)
     except OSError:
-        return None
+        return []
     return [status.st_size, status.st_mtime_ns, status.st_ctime_ns]

@@ -1,7 +1,10 @@
 """A kernel is the kernel of this function with these values, in this process and in the next."""
 
+import importlib.util
+import marshal
 import os
 import shutil
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -351,3 +354,48 @@ def test_program_finds_no_kernel_of_sources_that_were_edited_in_place(copy: Copy
     shutil.rmtree(copy.folder / "mjxwalk" / "__pycache__")
     assert copy.run(2.0)[0] == 6.0
     assert copy.run(2.0)[0] == 6.0
+
+
+def test_program_finds_no_kernel_where_python_runs_another_compiled_file(copy: Copy) -> None:
+    assert copy.run(2.0) == (2.0, 1)
+    edited = TASK.replace("SCALE = 1.0", "SCALE = 3.0")
+    stamp = copy.task.stat()
+    code = compile(edited, str(copy.task), "exec")
+    header = importlib.util.MAGIC_NUMBER + struct.pack(
+        "<LLL", 0, int(stamp.st_mtime), stamp.st_size
+    )
+    compiled = Path(importlib.util.cache_from_source(str(copy.task)))
+    compiled.write_bytes(header + marshal.dumps(code))
+    assert copy.run(2.0)[0] == 6.0
+
+
+def test_script_that_changes_the_package_and_runs_the_program_is_traced(copy: Copy) -> None:
+    assert copy.run(2.0) == (2.0, 1)
+    before = "import jax, mjxwalk.task; mjxwalk.task.SCALE = 5.0"
+    assert copy.run(2.0, before=before) == (10.0, 1)
+
+
+def test_what_is_no_file_beside_the_sources_is_no_obstacle(copy: Copy) -> None:
+    (copy.folder / "mjxwalk" / ".#task.py").symlink_to("somebody@somewhere.1")  # as Emacs locks
+    assert copy.run(2.0) == (2.0, 1)
+    (copy.folder / "mjxwalk" / ".#task.py").unlink()
+    os.mkfifo(copy.folder / "mjxwalk" / "pipe")
+    assert copy.run(2.0) == (2.0, 1)
+
+
+def test_program_in_an_archive_is_traced(copy: Copy) -> None:
+    package = copy.folder / "mjxwalk"
+    archive = str(copy.folder / "app.zip")
+    program = f"import sys; sys.path.insert(0, {archive!r})\n"
+    program += PROGRAM.format(declared=True, before="")
+    env = {**os.environ, "XDG_CACHE_HOME": str(copy.folder / "cache")}
+    for scale in (1.0, 3.0):
+        copy.task.write_text(TASK.replace("SCALE = 1.0", f"SCALE = {scale}"))
+        shutil.make_archive(archive.removesuffix(".zip"), "zip", copy.folder, "mjxwalk")
+        package.rename(copy.folder / "aside")
+        done = subprocess.run(
+            [sys.executable, "-c", program, "2.0"],
+            cwd=copy.folder, env=env, capture_output=True, text=True, timeout=300, check=False,
+        )  # fmt: skip
+        assert done.stdout.split() == [str(2.0 * scale), "1"], done.stderr
+        (copy.folder / "aside").rename(package)
