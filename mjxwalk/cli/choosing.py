@@ -38,7 +38,7 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
       RunError: a setting is unknown or has a wrong value, or the run cannot start from what it
         was told to.
     """
-    experiment = _with_flags(asked, _scaled(asked, experiments.get(asked.experiment)))
+    experiment = _with_flags(asked, scaled(experiments.get(asked.experiment), asked.scale))
     if asked.strategy is not None:
         experiment = _with_strategy(asked.strategy, experiment)
     for path, value in _assignments(asked):
@@ -87,8 +87,8 @@ def choose_study(asked: "Evolve") -> StudyConfig:
     Raises:
       RunError: a setting is unknown or has a wrong value.
     """
-    study = experiments.get_study(asked.experiment)
-    phases = {name: _with_flags(asked, _scaled(asked, phase)) for name, phase in study.phases}
+    study = experiments.get_study(asked.experiment).scaled(asked.scale)
+    phases = {name: _with_flags(asked, experiment) for name, experiment in study.phases}
     for path, value in _assignments(asked):
         name, _, rest = path.partition(".")
         if name not in phases or not rest:
@@ -113,15 +113,6 @@ def choose_study(asked: "Evolve") -> StudyConfig:
         )
     except (ValueError, TypeError) as error:
         raise RunError(str(error)) from None
-
-
-def _scaled(asked: "Evolve", experiment: Any) -> Any:
-    try:
-        return scaled(experiment, asked.scale)
-    except (ValueError, OverflowError):
-        raise RunError(
-            f"--scale {asked.scale:g} is no scale for {experiment.name}; choose one nearer 1"
-        ) from None
 
 
 def _save_every(experiment: Any) -> int:

@@ -109,9 +109,3 @@ def test_links_are_for_studies_of_which_a_phase_takes_them_from_a_table(
     assert cli.main(["evolve", "solomon-2d-rsil", "--links", "all", "--out", "new"]) == 0
     links = dict(begun[0].phases)["rsil"].controller.links
     assert links == {}
-
-
-def test_a_scale_that_leaves_no_study_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    for scale in ("1e-9", "1e300"):
-        assert cli.main(["evolve", "solomon-2d", "--scale", scale, "--out", "new"]) == 2
-        assert f"--scale {float(scale):g} is no scale for" in capsys.readouterr().err
