@@ -73,6 +73,8 @@ def check_run(path: Path) -> None:
     Raises:
       RunError: it does not.
     """
+    if not path.exists() and str(path).startswith("zoo:"):
+        raise RunError(f"{path} is one walker without a run; name a run's folder")
     if not path.exists():
         raise RunError(f"{path} does not exist; `mjxwalk list` shows the runs in ./{RUNS}")
     if study.is_study(path):
