@@ -36,7 +36,7 @@ def from_evosax(
     """Returns an algorithm of evosax as a strategy.
 
     Args:
-      algorithm: instance, made with a solution of the template's structure and shapes.
+      algorithm: instance, made with a solution of the template's structure, shapes and dtypes.
       params: its hyper-parameters; None for its defaults.
       initial_sigma: standard deviation of generation 0 about the template, for an algorithm that
         starts from an evaluated population; others have a parameter for that.
@@ -78,6 +78,10 @@ def from_evosax(
                 population,
                 state.first,
             )
+        # With its constants in double precision evosax would hand out that too.
+        population = jax.tree.map(
+            lambda leaf, like: leaf.astype(jnp.result_type(like)), population, algorithm.solution
+        )
         return population, state._replace(inner=_strong(inner))
 
     def tell(

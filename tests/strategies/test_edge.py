@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from evosax.algorithms import SNES  # pyright: ignore
 
 from mjxwalk import strategies
 from mjxwalk.strategies import Strategy, edge, map_elites
@@ -134,6 +135,15 @@ def test_a_scan_keeps_every_dtype_where_x64_is_on(name: str, wrapper: str) -> No
                 jax.tree.leaves(population), jax.tree.leaves(template), strict=True
             ):
                 assert got.dtype == jnp.result_type(np.asarray(weights))
+
+
+def test_algorithms_of_evosax_keep_every_dtype_where_x64_is_on() -> None:
+    template = TEMPLATES["float32"]
+    with jax.enable_x64(True):
+        strategy = strategies.from_evosax(SNES(SIZE, template))
+        run = functools.partial(_generations, strategy, template)
+        population, _ = jax.eval_shape(run, jax.random.key(0))
+    assert {leaf.dtype for leaf in jax.tree.leaves(population)} == {np.dtype(np.float32)}
 
 
 def _generations(strategy: Strategy[Any, Any], template: Any, key: Any) -> Any:
