@@ -78,8 +78,10 @@ _NAMES = frozenset(
     "model name class childclass joint joint1 joint2 body1 body2 target material mesh".split()
 )
 _WORD = re.compile(r"(?!nan|inf)[a-z][a-z0-9_]*", re.IGNORECASE)
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?", re.IGNORECASE)
+# Nothing is taken back: a long word that is no number is refused in as much time as it is long.
+_NUMBER = re.compile(r"[+-]?([0-9]++\.?[0-9]*+|\.[0-9]++)(e[+-]?[0-9]++)?", re.IGNORECASE)
 _LARGEST_SIZE = 1_000  # of a numeric, in numbers; ours
+_LONGEST_NAME = 100  # characters; ours: complaints quote it
 
 
 def checked(text: str) -> str:
@@ -113,6 +115,7 @@ class _Reader:
         self._depth = 0
         self._num: Counter[str] = Counter()
         self._written: list[str] = []
+        self._line = 1
 
     def read(self, text: str) -> str:
         """Returns the text written anew."""
@@ -146,11 +149,17 @@ class _Reader:
         for attribute, value in attributes.items():
             self._check(name, attribute, value)
         shown = "".join(f" {each}={quoteattr(value)}" for each, value in attributes.items())
-        self._written.append(f"<{name}{shown}>\n")
+        self._write(f"<{name}{shown}>")
 
     def _end(self, name: str) -> None:
         self._depth -= 1
-        self._written.append(f"</{name}>\n")
+        self._write(f"</{name}>")
+
+    def _write(self, tag: str) -> None:
+        """Puts a tag into the line where it was read, which MuJoCo's complaints name."""
+        line = self._parser.CurrentLineNumber
+        self._written.append("\n" * (line - self._line) + tag)
+        self._line = line
 
     def _check(self, name: str, attribute: str, value: str) -> None:
         """Raises ValueError unless the element may have the attribute with such a value."""
@@ -158,6 +167,11 @@ class _Reader:
             instead = INSTEAD.get(attribute, "remove it")
             raise self._refusal(f"<{name}> may have no {attribute}: {instead}")
         if attribute in _NAMES:
+            if len(value) > _LONGEST_NAME:
+                raise self._refusal(
+                    f"<{name}> has {len(value):,} characters in {attribute}; write at most "
+                    f"{_LONGEST_NAME}"
+                )
             return
         most = _LARGEST_SIZE if attribute == "size" and name == "numeric" else LARGEST
         for word in value.split():

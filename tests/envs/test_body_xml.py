@@ -29,6 +29,11 @@ def compiled(text: str) -> dict[str, Any]:
     return {name: value for name, value in named if isinstance(value, np.ndarray)}
 
 
+def elements(text: str) -> str:
+    """Returns what is written anew of a text, whatever lines it stands in."""
+    return body_xml.checked(text).replace("\n", "")
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_what_is_written_anew_is_the_same_body(name: str) -> None:
     as_it_is, anew = compiled(SHIPPED[name]), compiled(body_xml.checked(SHIPPED[name]))
@@ -46,9 +51,9 @@ def test_what_is_written_anew_is_the_same_body(name: str) -> None:
     ],
 )
 def test_a_comment_says_nothing(comment: str) -> None:
-    assert body_xml.checked(f"{comment}{CHILD}") == body_xml.checked(CHILD)
+    assert elements(f"{comment}{CHILD}") == elements(CHILD)
     inside = CHILD.replace("<worldbody>", f"<worldbody>{comment}")
-    assert body_xml.checked(inside) == body_xml.checked(CHILD)
+    assert elements(inside) == elements(CHILD)
 
 
 def test_what_follows_a_comment_is_read() -> None:
@@ -166,8 +171,10 @@ def test_what_only_one_of_two_parsers_takes_for_a_number_is_refused(value: str) 
         (f"<mujoco><worldbody>{'<frame>' * 50_000}", "inside of 100 elements"),
         (CHILD.replace(INSIDE, "<!--" * 400_000 + INSIDE), "is no XML"),
         (CHILD.replace("child", "c" * 2_000_000), "a body may have 2,000,000; leave out meshes"),
+        (CHILD.replace('"0 0 0.46"', f'"{"1" * 1_000_000}x"'), "has 1{20} in pos"),
+        (CHILD.replace('"child"', f'"{"c" * 1_000_000}"'), "1,000,000 characters in model"),
     ],
-    ids=["sites", "bodies", "nested", "comments", "long"],
+    ids=["sites", "bodies", "nested", "comments", "long", "digits", "name"],
 )
 def test_what_would_take_long_is_refused_at_once(text: str, complaint: str) -> None:
     started = time.perf_counter()
@@ -184,11 +191,19 @@ def test_what_is_no_xml_is_refused(text: str) -> None:
         body_xml.checked(text)
 
 
+def test_mujoco_complains_of_the_line_in_the_file() -> None:
+    comments = "<!-- of\nseveral\nlines -->\n"
+    text = CHILD.replace(INSIDE, f"{comments}<body name='torso'\n/>{INSIDE}")
+    line = 1 + text[: text.index("<body name='torso'")].count("\n")
+    with pytest.raises(ValueError, match=f"repeated name 'torso' in body\\s.* line {line}\\b"):
+        body_file.read(text)
+
+
 def test_a_text_is_read_whatever_it_says_of_its_encoding() -> None:
     for said in ("UTF-16", "latin-1", "UTF-8", "no-such"):
         text = f'<?xml version="1.0" encoding="{said}"?>\n{CHILD}'
-        assert body_xml.checked(text) == body_xml.checked(CHILD)
-    assert body_xml.checked(f"\ufeff{CHILD}") == body_xml.checked(CHILD)
+        assert elements(text) == elements(CHILD)
+    assert elements(f"\ufeff{CHILD}") == elements(CHILD)
 
 
 ODD = ("0", "-1", "1e10", "1e-300", "", "true", "free", "1 2 3", "2147483648", " 9" * 300)
