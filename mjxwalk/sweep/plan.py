@@ -144,9 +144,10 @@ def read(path: Path) -> Plan:
 
 
 def _check(file: Path, run: PlannedRun) -> None:
-    """Refuses a run that would leave the sweep's folder."""
+    """Refuses a run that would leave the sweep's folder, or be reached from outside of it."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", run.name) or run.name == LOGS:
         raise RunError(f"{file} has a run named {run.name!r}, which is no name for its folder")
     asked = parse("mjxwalk evolve", Evolve, run.args)
-    if asked.out is not None or tuple(arguments(asked)) != run.args:
+    leaves = asked.out is not None or asked.distributed or asked.live
+    if leaves or tuple(arguments(asked)) != run.args:
         raise RunError(f"{file} asks for what a sweep does not: {' '.join(run.args)}")

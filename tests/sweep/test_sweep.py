@@ -130,6 +130,8 @@ def test_wrong_input_is_one_sentence(
         ("logs", ("toy",)),
         ("a", ("toy", "--out", "/elsewhere")),
         ("a", ("toy", "--help-me")),
+        ("a", ("toy", "--distributed", "--coordinator", "elsewhere:1")),
+        ("a", ("toy", "--live")),
     ],
 )
 def test_a_plan_that_leads_out_of_its_folder_is_refused(name: str, args: tuple[str, ...]) -> None:
