@@ -42,7 +42,7 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
     if asked.strategy is not None:
         experiment = _with_strategy(asked.strategy, experiment)
     for path, value in _assignments(asked):
-        experiment = override(experiment, path, value)
+        experiment = _override(experiment, path, value)
     if asked.links is not None:
         experiment = override(experiment, "controller.links", _read_links(asked.links))
     if asked.source is not None and experiment.start == "zero":
@@ -71,6 +71,17 @@ def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
     return dataclasses.replace(settings, origin=origin), given
 
 
+def _override(experiment: Any, path: str, value: str) -> Any:
+    """Returns the experiment with a setting, which is not its name: its run is read by that.
+
+    Raises:
+      RunError: it is its name, or as `settings.override` has it.
+    """
+    if path == "name":
+        raise RunError(f"name is no setting: a run of {experiment.name} is read by it; leave it")
+    return override(experiment, path, value)
+
+
 def _read_target(experiment: Any) -> None:
     """Reads what a fit is fitted to, so that what is wrong with it is told before its run is made.
 
@@ -95,7 +106,7 @@ def choose_study(asked: "Evolve") -> StudyConfig:
             raise RunError(
                 f"--set of a study needs PHASE.PATH=VALUE, got {path}={value}{near(name, phases)}"
             )
-        phases[name] = override(phases[name], rest, value)
+        phases[name] = _override(phases[name], rest, value)
     if asked.links is not None:
         phases = _with_links(asked, phases, _read_links(asked.links))
     try:
