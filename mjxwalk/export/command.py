@@ -132,3 +132,5 @@ class Export:
         if self.to in CONTROLLERS and out.suffix == ".json":
             raise RunError(f"--out {out} would be replaced by the JSON file beside it")
         outputs.check(out)
+        if self.to in CONTROLLERS and not outputs.is_stream(out):
+            outputs.check(out.with_suffix(".json"))

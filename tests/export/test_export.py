@@ -250,6 +250,7 @@ def test_the_command_writes_the_files(
         (["nowhere", "--to", "npz"], "nowhere does not exist"),
         (["zoo:planar-lpd", "--to", "npz", "--out", "a.json"], "replaced by the JSON file"),
         (["zoo:planar-lpd", "--to", "npz", "--out", "."], "--out . is a folder"),
+        (["zoo:planar-lpd", "--to", "npz", "--out", "taken.npz"], "--out taken.json is a folder"),
         (["zoo:planar-lpd", "--to", "npz", "--out", "no/a.npz"], "make no first"),
         (["zoo:planar-lpd", "--to", "sto", "--seconds", "0"], "--seconds must be from 0.1 to 600"),
         (["zoo:planar-lpd", "--to", "sto", "--frames-per-second", "0"], "must be above 0, got 0.0"),
@@ -273,6 +274,7 @@ def test_wrong_input_is_one_sentence(
         toy.install(monkeypatch)
         assert cli.main(["evolve", "--generations", "2", "--out", "toy"]) == 0
         capfd.readouterr()
+    Path("taken.json").mkdir()
     before = sorted(Path().rglob("*"))
     assert cli.main(["export", *args]) == 2
     error = capfd.readouterr().err
