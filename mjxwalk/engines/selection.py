@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import jax
 
-from mjxwalk import cache_folder, forking
+from mjxwalk import cache_folder, forking, terminal
 
 ENGINES = ("auto", "lanes", "lanes-xla", "mjx")
 
@@ -32,7 +32,8 @@ def prepare() -> None:
         jax.config.update("jax_num_cpu_devices", num_cores())
     if jax.config.values["jax_compilation_cache_dir"] is None:
         folder = cache_folder.folder("xla")
-        if folder is not None:
+        # XLA takes no name that is not UTF-8.
+        if folder is not None and not terminal.has_other_bytes(str(folder)):
             jax.config.update("jax_compilation_cache_dir", str(folder))
 
 

@@ -136,6 +136,18 @@ def test_an_entry_that_is_no_plain_file_is_no_entry(disk: Path) -> None:
     assert cache.read("pipe") is None
 
 
+def test_xla_keeps_nothing_in_a_folder_that_it_cannot_name(tmp_path: Path) -> None:
+    program = (
+        "import jax; from mjxwalk import engines; engines.prepare(); print(jax.jit(abs)(-1.0))"
+    )
+    env = {name: value for name, value in os.environ.items() if not name.startswith("JAX_")}
+    env["XDG_CACHE_HOME"] = f"{tmp_path}/\udcff"  # a byte that is no UTF-8
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=env, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, "1.0\n"), done.stderr
+
+
 @pytest.mark.parametrize("base", ["relative", ""])
 def test_a_relative_cache_home_is_ignored(base: str, monkeypatch: Any, tmp_path: Path) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", base)
