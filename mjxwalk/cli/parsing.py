@@ -51,13 +51,9 @@ def sentence(box: str) -> str:
             break
         if line and not re.match(r"[╭╰┌└+]", line):
             lines.append(line)
-    text = (
-        " ".join(lines)
-        .removesuffix("(required)")
-        .rstrip(". ")
-        .removeprefix("Error parsing ")
-        .replace(": must be", " must be", 1)
-    )
+    text = " ".join(lines).removesuffix("(required)").rstrip()
+    text = re.sub(r"(?<=[^\s.])\.$", "", text)  # the sentence's, not an argument such as `..`
+    text = text.removeprefix("Error parsing ").replace(": must be", " must be", 1)
     return text[:1].lower() + text[1:] if text else "the arguments are wrong"
 
 
