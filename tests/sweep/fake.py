@@ -15,11 +15,15 @@ GENERATIONS = 3
 
 
 def main(args: list[str]) -> int:
-    """Evolves nothing; fails for a sigma of 13 unless a file named `mended` is there."""
+    """Evolves nothing.
+
+    For a sigma of 13 it fails unless a file named `mended` is there, for 9 it is killed, and for 20
+    it takes a minute.
+    """
     resumed = args[0] == "resume"
     path = Path(args[1] if resumed else args[args.index("--out") + 1])
     fails = any("sigma=13" in arg for arg in args) or (path / "fails").exists()
-    slow = any("slow" in arg for arg in args)
+    slow = any("sigma=20" in arg for arg in args)
     cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
     told = {
         "args": args,
@@ -28,7 +32,7 @@ def main(args: list[str]) -> int:
         "memory": resource.getrlimit(resource.RLIMIT_DATA)[0],
     }
     print(json.dumps(told), flush=True)
-    if any("killed" in arg for arg in args):
+    if any("sigma=9" in arg for arg in args):
         os.kill(os.getpid(), signal.SIGKILL)
     path.mkdir(exist_ok=True)
     with folder.locked(path):

@@ -49,7 +49,7 @@ def test_each_run_has_cores_and_memory_of_its_own() -> None:
 
 
 def test_a_killed_run_is_said_to_be_killed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["sweep", "toy", "--seeds", "1", "--set", "name=killed", "--out", "s"]) == 2
+    assert main(["sweep", "toy", "--seeds", "1", "--set", "strategy.sigma=9", "--out", "s"]) == 2
     error = capsys.readouterr().err
     assert "seed-0: it was ended by signal 9 (SIGKILL), as the system does where memory" in error
 

@@ -175,7 +175,7 @@ from mjxwalk.sweep import executors
 signal.signal(signal.SIGINT, signal.default_int_handler)
 toy.install(pytest.MonkeyPatch())
 executors.PROGRAM = (sys.executable, {str(FAKE)!r})
-sys.exit(main(["sweep", "toy", "--seeds", "2", "--set", "name=slow", "--out", "s"]))
+sys.exit(main(["sweep", "toy", "--seeds", "2", "--set", "strategy.sigma=20", "--out", "s"]))
 """
     environment = {**os.environ, "PYTHONPATH": str(Path(toy.__file__).parent)}
     process = subprocess.Popen(
