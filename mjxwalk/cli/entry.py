@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PROGRAM = "mjxwalk"
 WRONG_INPUT = 2
 STOPPED = 128 + int(signal.SIGINT)  # as a shell reports a program that Ctrl-C ended
-NO_READER = 128 + int(signal.SIGPIPE)  # likewise of one whose reader, such as `head`, has ended
+NO_READER = 128 + int(signal.SIGPIPE)  # of a program whose reader, such as `head`, ended
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -129,11 +129,9 @@ class Tracer:
             if aval.dtype.name not in NUMBERS and not _is_key_type(aval.dtype):
                 raise Refusal(f"makes {aval.dtype.name} numbers, which it does not compute with")
         handler = self._handlers.get(equation.primitive.name)
-        holds_jaxprs = any(hasattr(p, "eqns") or hasattr(p, "jaxpr") or isinstance(p, tuple)
-                           and any(hasattr(part, "jaxpr") for part in p)
-                           for p in equation.params.values())  # fmt: skip
-        of_keys = any(isinstance(value, Keys) for value in inputs) and not holds_jaxprs
-        if handler is not None and not of_keys:
+        # Loops, branches and calls pass keys on; no other handler knows them.
+        takes_keys = any(isinstance(value, Keys) for value in inputs)
+        if handler is not None and (not takes_keys or _holds_jaxprs(equation)):
             return handler(self, equation.params, inputs, equation)
         if not any(isinstance(value, Nodes) for value in inputs):
             return self._eagerly(equation, inputs)
@@ -231,6 +229,12 @@ class Refusal(Exception):
             f"the lanes engine cannot compile `{self.primitive}` from {where}: it {self}; "
             "use --engine mjx, which runs anything that JAX can trace"
         )
+
+
+def _holds_jaxprs(equation: Equation) -> bool:
+    """Returns whether an equation is a call, a branch or a loop."""
+    params = (p if isinstance(p, tuple) else (p,) for p in equation.params.values())
+    return any(hasattr(part, "jaxpr") or hasattr(part, "eqns") for p in params for part in p)
 
 
 def _is_keys(value: Any) -> bool:
