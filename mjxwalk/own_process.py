@@ -9,9 +9,10 @@ import os
 import sys
 import sysconfig
 import time
-from pathlib import Path
 
-PACKAGE = Path(__file__).parent
+from mjxwalk import checkout
+
+FOLDERS = tuple(str(folder) for folder in (checkout.PACKAGE, *checkout.BESIDE.values()))
 # What every function that computes needs: nobody changed one before these were loaded.
 COMPUTING = ("jax", "mujoco", "numpy")
 _begun: list[float] = []  # when the program began, s since the epoch; empty in other processes
@@ -44,7 +45,7 @@ def modules() -> dict[str, str]:
 
 def is_ours(file: str) -> bool:
     """Returns whether a file is in this package."""
-    return file.startswith(f"{PACKAGE}{os.sep}")
+    return file.startswith(tuple(folder + os.sep for folder in FOLDERS))
 
 
 def _is_installed(file: str) -> bool:
@@ -54,7 +55,7 @@ def _is_installed(file: str) -> bool:
 def _places() -> tuple[str, ...]:
     """Returns the folders of Python's library, of installed packages and of this package."""
     names = ("stdlib", "platstdlib", "purelib", "platlib")
-    found = {sysconfig.get_path(name) for name in names} | {str(PACKAGE)}
+    found = {sysconfig.get_path(name) for name in names} | set(FOLDERS)
     found |= {place for place in sys.path if place.endswith(("site-packages", "dist-packages"))}
     return tuple(place.rstrip(os.sep) + os.sep for place in sorted(found))
 

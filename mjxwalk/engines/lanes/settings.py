@@ -111,9 +111,10 @@ def _sources(begun: float) -> str | None:
 
 
 def _package_files() -> Iterator[str]:
-    for folder, folders, files in os.walk(own_process.PACKAGE, followlinks=True):
-        folders[:] = [name for name in folders if name != "__pycache__"]
-        yield from (os.path.join(folder, file) for file in files)
+    for part in own_process.FOLDERS:
+        for folder, folders, files in os.walk(part, followlinks=True):
+            folders[:] = [name for name in folders if name != "__pycache__"]
+            yield from (os.path.join(folder, file) for file in files)
 
 
 def _newest(status: os.stat_result) -> float:

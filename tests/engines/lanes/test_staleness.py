@@ -14,7 +14,8 @@ import jax
 import numpy as np
 import pytest
 
-import mjxwalk
+import mjxwalk.envs
+import mjxwalk.strategies
 from mjxwalk.engines import lanes
 
 X = np.ones(4, np.float32)
@@ -303,8 +304,11 @@ class Copy:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         source = Path(mjxwalk.__file__).parent
-        left_out = shutil.ignore_patterns("__pycache__", "bundle", "zoo")
+        left_out = shutil.ignore_patterns("__pycache__", "bundle", "zoo", "envs", "strategies")
         shutil.copytree(source, folder / "mjxwalk", ignore=left_out)
+        for part in (mjxwalk.envs, mjxwalk.strategies):
+            inside = Path(part.__path__[0])
+            shutil.copytree(inside, folder / "mjxwalk" / inside.name, ignore=left_out)
         self.task = folder / "mjxwalk" / "task.py"
         self.task.write_text(TASK)
 
