@@ -5,8 +5,9 @@ Where memory runs out the system or XLA ends the process, at some time, without 
 
 import math
 import os
-import resource
+import sys
 from pathlib import Path
+from typing import Literal
 
 from mjxwalk.errors import RunError
 
@@ -16,15 +17,29 @@ MOST_TRIALS = 1_000_000  # of one walker; ours: days
 TABLE_COPIES = 3  # of grounds at a time; ours: what is drawn, what is summed, and the result
 
 
+def machine() -> int:
+    """Returns how many bytes of memory this machine has; all one can count on Windows."""
+    if not hasattr(os, "sysconf"):  # Windows: too little memory ends a process without a word
+        return sys.maxsize
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+
+
+def limit(kind: Literal["RLIMIT_AS", "RLIMIT_DATA"]) -> int:
+    """Returns a limit of this process, bytes; all one can count where there is none."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limits
+        return sys.maxsize
+    soft, _ = resource.getrlimit(getattr(resource, kind))
+    return sys.maxsize if soft == resource.RLIM_INFINITY else soft
+
+
 def available() -> int:
     """Returns how many bytes this process may take: the machine's, or fewer where it has a limit.
 
     Others may have taken some of them.
     """
-    limits = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
-    for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA):
-        soft, _ = resource.getrlimit(kind)
-        limits += [] if soft == resource.RLIM_INFINITY else [soft]
+    limits = [machine(), limit("RLIMIT_AS"), limit("RLIMIT_DATA")]
     for name in GROUP_LIMITS:
         try:
             limits.append(int(Path("/sys/fs/cgroup", name).read_text(encoding="utf-8")))

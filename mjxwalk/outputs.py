@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from mjxwalk import open_flags
 from mjxwalk.errors import RunError
 from mjxwalk.runs import files
 
@@ -54,7 +55,7 @@ def write(path: Path, content: bytes, *, run: Path | None = None) -> None:
       RunError: the disk is full, or the file cannot be written.
     """
     if run is not None:
-        files.replace(run, str(path.relative_to(run)), content)
+        files.replace(run, path.relative_to(run).as_posix(), content)
         return
     try:
         found = _stat(path)
@@ -125,13 +126,14 @@ def _replace(target: Path, content: bytes, found: os.stat_result | None) -> bool
     """Returns whether a new file could be put in the place of the old one."""
     unfinished = target.with_name(f".mjxwalk-{secrets.token_hex(8)}.partial")
     try:
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | open_flags.NO_LINK
         with open(os.open(unfinished, flags, 0o666), "wb") as file:
             if found is not None:
                 made = os.fstat(file.fileno())
                 if (made.st_uid, made.st_gid) != (found.st_uid, found.st_gid):
                     return False
-                os.fchmod(file.fileno(), stat.S_IMODE(found.st_mode))
+                if hasattr(os, "fchmod"):  # Windows before Python 3.13 has a folder's rights
+                    os.fchmod(file.fileno(), stat.S_IMODE(found.st_mode))
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
@@ -152,7 +154,7 @@ def _write_in_place(path: Path, content: bytes) -> None:
         sys.stdout.flush()
         descriptor = os.dup(standard)  # opened anew, it would be written to from its beginning
     else:
-        descriptor = os.open(path, os.O_WRONLY | os.O_TRUNC | os.O_NOCTTY)
+        descriptor = os.open(path, os.O_WRONLY | os.O_TRUNC | open_flags.NO_TERMINAL)
     with open(descriptor, "wb") as file:
         file.write(content)
 

@@ -84,8 +84,10 @@ def _peak_bytes() -> int:
         found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text(encoding="utf-8"))
         if found:
             return 1024 * int(found[1])
-    import resource
-
+    try:
+        import resource
+    except ImportError:  # Windows does not tell
+        return 0
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak if sys.platform == "darwin" else 1024 * peak
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 PROGRAM = "mjxwalk"
 WRONG_INPUT = 2
 STOPPED = 128 + int(signal.SIGINT)  # as a shell reports a program that Ctrl-C ended
-NO_READER = 128 + int(signal.SIGPIPE)  # of a program whose reader, such as `head`, ended
+# Of a program whose reader, such as `head`, ended; Windows has no such signal.
+NO_READER = 128 + int(getattr(signal, "SIGPIPE", 13))
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -35,7 +35,8 @@ class Interrupt:
 
     def __enter__(self) -> "Interrupt":
         reader, self._writer = os.pipe()
-        os.set_blocking(self._writer, False)
+        if hasattr(os, "set_blocking"):  # Windows before Python 3.12 has it for no pipe
+            os.set_blocking(self._writer, False)
         self._previous = {number: signal.signal(number, self._handle) for number in SIGNALS}
         self._wakeup = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
         threading.Thread(target=self._watch, args=(reader,), daemon=True).start()

@@ -10,6 +10,7 @@ import sys
 import warnings
 from types import FrameType
 
+from mjxwalk import budget
 from mjxwalk.cli import SIGNALS, leave
 from mjxwalk.errors import RunError
 
@@ -74,10 +75,8 @@ def check_memory() -> None:
     """Raises RunError unless the process may have the addresses that JAX aborts without."""
     if sys.platform != "linux":
         return
-    import resource
-
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit != resource.RLIM_INFINITY and limit < FEWEST_ADDRESSES:
+    limit = budget.limit("RLIMIT_AS")
+    if limit < FEWEST_ADDRESSES:
         raise RunError(
             f"`ulimit -v` leaves {limit / 1e9:.2g} GB of addresses, and JAX needs "
             f"{FEWEST_ADDRESSES / 1e9:g} GB; raise the limit, or set `ulimit -d`"

@@ -16,7 +16,7 @@ from typing import Any, BinaryIO, TypeVar
 
 import msgspec
 
-from mjxwalk import depth
+from mjxwalk import depth, open_flags
 from mjxwalk.errors import RunError
 from mjxwalk.runs import way
 
@@ -51,7 +51,7 @@ def replace(folder: Path, name: str, content: bytes) -> None:
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(unfinished, last, src_dir_fd=place, dst_dir_fd=place)
-            os.fsync(place)
+            way.sync_folder(place)
         except OSError:
             with contextlib.suppress(OSError):  # a folder that cannot be written
                 _discard(unfinished, place)
@@ -78,7 +78,7 @@ def open_append(folder: Path, name: str) -> io.FileIO:
       RunError: it cannot be written, or is a link, no plain file, or a file with a second name.
     """
     path = folder / name
-    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT
     with _told("written", path), way.follow(folder, name) as (place, last):
         descriptor = way.opened(last, flags, place, path)
         if os.fstat(descriptor).st_nlink > 1:
@@ -120,8 +120,9 @@ def rename_folder(folder: Path, name: str, new: str) -> None:
       RunError: a link is in the way.
     """
     with way.follow(folder, name) as (place, last):
+        new = os.path.join(os.path.dirname(last), new)
         os.replace(last, new, src_dir_fd=place, dst_dir_fd=place)
-        os.fsync(place)
+        way.sync_folder(place)
 
 
 def remove(folder: Path, name: str) -> None:
@@ -146,7 +147,10 @@ def sync(folder: Path, name: str) -> None:
       RunError: a link is in the way.
     """
     with way.follow(folder, name) as (place, last):
-        descriptor = os.open(last, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=place)
+        if place is None:  # Windows syncs what can be written; a crash of it can lose this
+            return
+        flags = os.O_RDONLY | open_flags.NO_LINK | open_flags.NO_WAITING
+        descriptor = os.open(last, flags, dir_fd=place)
         try:
             os.fsync(descriptor)
         finally:
@@ -165,8 +169,9 @@ def check_writable(folder: Path, hint: str = "") -> None:
 
 
 def partial(name: str) -> str:
-    """Returns what a file is called while its content is being written."""
-    return f".{name}.partial"
+    """Returns what a file is called, or its path, while its content is being written."""
+    folder, last = os.path.split(name)
+    return os.path.join(folder, f".{last}.partial")
 
 
 def read(path: Path, most: int = MOST_BYTES) -> bytes:
@@ -176,8 +181,8 @@ def read(path: Path, most: int = MOST_BYTES) -> bytes:
       RunError: it cannot be read, has more than so many bytes, or is no plain file, such as a pipe.
     """
     with _told("read", path):
-        # A pipe that nobody writes to would block.
-        return _content(way.opened(path, os.O_RDONLY | os.O_NONBLOCK, None, path), path, most)
+        descriptor = way.opened(path, os.O_RDONLY, None, path, may_be_link=True)
+        return _content(descriptor, path, most)
 
 
 def read_inside(folder: Path, name: str, most: int = MOST_BYTES) -> bytes | None:
@@ -187,10 +192,9 @@ def read_inside(folder: Path, name: str, most: int = MOST_BYTES) -> bytes | None
       RunError: it cannot be read, has more than so many bytes, is a link, or is no plain file.
     """
     path = folder / name
-    flags = os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW
     try:
         with _told("read", path), way.follow(folder, name) as (place, last):
-            return _content(way.opened(last, flags, place, path), path, most)
+            return _content(way.opened(last, os.O_RDONLY, place, path), path, most)
     except _NotThere:
         return None
 
@@ -204,10 +208,9 @@ def read_end(folder: Path, name: str, length: int) -> bytes:
       length: bytes at most.
     """
     path = folder / name
-    flags = os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW
     try:
         with _told("read", path), way.follow(folder, name) as (place, last):
-            with open(way.opened(last, flags, place, path), "rb") as file:
+            with open(way.opened(last, os.O_RDONLY, place, path), "rb") as file:
                 file.seek(max(0, os.fstat(file.fileno()).st_size - length))
                 return file.read(length)
     except RunError:
@@ -272,12 +275,12 @@ def _check_replaceable(path: Path, found: os.stat_result | None) -> None:
         raise RunError(f"{path} could not be written: what is there is no plain file")
 
 
-def _created(name: str, place: int) -> BinaryIO:
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
+def _created(name: str, place: int | None) -> BinaryIO:
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | open_flags.NO_LINK
     return open(os.open(name, flags, 0o666, dir_fd=place), "wb")
 
 
-def _discard(name: str, place: int) -> None:
+def _discard(name: str, place: int | None) -> None:
     with contextlib.suppress(FileNotFoundError):
         os.unlink(name, dir_fd=place)
 

@@ -2,20 +2,19 @@
 
 import contextlib
 import errno
-import fcntl
 import functools
 import os
 import sys
 from collections.abc import Generator
 from pathlib import Path
 
+from mjxwalk import file_lock
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, files, way
 
 LOCK_FILE = ".lock"
 CHECKPOINTS = "checkpoints"  # folder in a run's folder
 AROUND = ("study.json", "sweep.json")  # in a folder with runs in it; what writes them needs locks
-FLAGS = os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK
 # Of network and parallel file systems that were mounted without locks.
 WITHOUT_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)
 
@@ -48,7 +47,7 @@ def locked(path: Path) -> Generator[None]:
     check_links(path)
     try:
         # The file stays: removing it would let a third process lock a new one beside a second.
-        descriptor = way.opened(path / LOCK_FILE, FLAGS | os.O_CREAT, None, path / LOCK_FILE)
+        descriptor = way.opened(path / LOCK_FILE, os.O_RDWR | os.O_CREAT, None, path / LOCK_FILE)
     except OSError as error:
         raise RunError(f"{path} cannot be written: {files.describe(error)}") from error
     try:
@@ -62,7 +61,7 @@ def locked(path: Path) -> Generator[None]:
 def is_locked(path: Path) -> bool:
     """Returns whether a process is working in a folder."""
     try:
-        descriptor = way.opened(path / LOCK_FILE, FLAGS, None, path / LOCK_FILE)
+        descriptor = way.opened(path / LOCK_FILE, os.O_RDWR, None, path / LOCK_FILE)
     except (OSError, RunError):
         return False
     try:
@@ -80,9 +79,7 @@ def is_free(descriptor: int, path: Path) -> bool:
       RunError: the file system fails.
     """
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
+        return file_lock.lock(descriptor, waits=False)
     except OSError as error:
         if error.errno not in WITHOUT_LOCKS:
             raise RunError(f"{path} could not be locked: {files.describe(error)}") from error

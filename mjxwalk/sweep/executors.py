@@ -11,6 +11,7 @@ from io import FileIO
 from pathlib import Path
 from typing import NamedTuple, Protocol, runtime_checkable
 
+from mjxwalk import budget
 from mjxwalk.errors import RunError
 from mjxwalk.runs import files, locking
 from mjxwalk.sweep.plan import Resources
@@ -142,7 +143,8 @@ class Local:
         if slot.gpu is not None:
             environment["CUDA_VISIBLE_DEVICES"] = slot.gpu
         with open_log(job.log) as log:
-            # The process has the log open as long as it lives, and the lock with it.
+            # The process has the log open as long as it lives, and the lock with it. Not so on
+            # Windows, where the lock of the run's own folder is what keeps a second process out.
             if not locking.is_free(log.fileno(), job.log):
                 return None
             with _Pinned(slot.cores):
@@ -212,7 +214,7 @@ def signalled(number: int, *, is_limited: bool) -> str:
     """Returns what is said of a process that a signal ended, and of the likely reason."""
     names = {int(each): each.name for each in signal.Signals}
     told = f"it was ended by signal {number} ({names.get(number, 'unknown')})"
-    if number == signal.SIGKILL:
+    if names.get(number) == "SIGKILL":
         return f"{told}, as the system does where memory runs out"
     if number == signal.SIGABRT and is_limited:
         return f"{told}, as happens where --memory-per-run is too little"
@@ -230,8 +232,10 @@ def open_log(path: Path) -> FileIO:
 
 def limit_memory(pid: int, gigabytes: float) -> None:
     """Limits the memory that a process may fill, where the system can."""
-    import resource
-
+    try:
+        import resource
+    except ImportError:  # Windows: a run can take the memory of the others
+        return
     if hasattr(resource, "prlimit"):
         # Not RLIMIT_AS: JAX reserves addresses by the dozen gigabytes and fills few of them.
         most = int(gigabytes * GIGABYTE)
@@ -261,7 +265,7 @@ def _gpus() -> list[str]:
 
 
 def _fitting(gigabytes: float) -> int:
-    available = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / GIGABYTE
+    available = budget.machine() / GIGABYTE
     if gigabytes > available:
         raise RunError(
             f"--memory-per-run is {gigabytes:g} GB, and this machine has {available:.3g} GB"

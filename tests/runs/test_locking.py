@@ -1,9 +1,9 @@
 """Tests of the lock of a folder, where the file system has locks and where it has none."""
 
 import errno
-import fcntl
 from pathlib import Path
 
+import portalocker
 import pytest
 import toy
 
@@ -18,7 +18,7 @@ def without(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(descriptor: int, operation: int) -> None:
         raise OSError(number, "refused")
 
-    monkeypatch.setattr(fcntl, "flock", refuse)
+    monkeypatch.setattr(portalocker.portalocker, "LOCKER", refuse)
 
 
 @pytest.mark.parametrize("name", ["ENOLCK", "ENOSYS", "ENOTSUP", "EOPNOTSUPP"])

@@ -7,7 +7,6 @@ costs time, never a result.
 """
 
 import contextlib
-import fcntl
 import hashlib
 import json
 import os
@@ -17,7 +16,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import Any, cast
 
-from mjxwalk import cache_folder
+from mjxwalk import cache_folder, file_lock, open_flags
 
 Header = dict[str, Any]  # JSON
 
@@ -47,7 +46,7 @@ def read(name: str) -> tuple[Header, bytes] | None:
 
 
 def _content(path: Path) -> bytes:
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    descriptor = os.open(path, os.O_RDONLY | open_flags.NO_LINK | open_flags.NO_WAITING)
     with os.fdopen(descriptor, "rb") as file:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode) or not cache_folder.is_private(status):
@@ -72,8 +71,8 @@ def alone(kind: str, name: str) -> Generator[None]:
         if folder is not None:
             # One of a few files, which stay: one for each entry would litter the folder.
             path = folder / f".making-{kind}-{name[:2]}"
-            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | open_flags.NO_LINK, 0o600)
+            file_lock.lock(descriptor, waits=True)
     except OSError:
         pass
     try:
