@@ -15,6 +15,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from mjxwalk import open_flags
 from mjxwalk.errors import RunError
 from mjxwalk.runs import files
@@ -64,6 +66,11 @@ def write(path: Path, content: bytes, *, run: Path | None = None) -> None:
             _write_in_place(path, content)
     except OSError as error:
         raise RunError(f"{path} could not be written: {files.describe(error)}") from None
+
+
+def as_json(data: Any) -> bytes:
+    """Returns the content of a JSON file."""
+    return msgspec.json.format(msgspec.json.encode(data), indent=2) + b"\n"
 
 
 def write_text(path: Path, text: str) -> None:

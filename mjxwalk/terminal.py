@@ -49,6 +49,11 @@ class _Visible:
         return getattr(self.stream, name)
 
 
+def say(text: str) -> None:
+    """Prints a line at once, also where what is printed goes to a file."""
+    print(text, flush=True)
+
+
 @contextlib.contextmanager
 def showing() -> Generator[None]:
     """Has all that is printed in the block be visible."""

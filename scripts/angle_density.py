@@ -8,8 +8,7 @@ from typing import Any, Literal
 
 from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.analysis import style
-from mjxwalk.cli.parsing import Seed
-from mjxwalk.tournament.command import Source
+from mjxwalk.cli.argument_types import Seed, Source
 
 AT_ONCE = 100  # trials that are recorded together; ours: less than 300 MB for a run of planar-lpd
 

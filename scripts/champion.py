@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from mjxwalk import cli, outputs, walkers
+from mjxwalk.cli.argument_types import Source
 from mjxwalk.runs.npz import npz
-from mjxwalk.tournament.command import Source
 from mjxwalk.walkers import Walker
 
 

@@ -5,9 +5,8 @@ import sys
 from typing import Any
 
 from mjxwalk import cli, walkers
-from mjxwalk.cli.parsing import Seed
+from mjxwalk.cli.argument_types import Seed, Source
 from mjxwalk.errors import RunError
-from mjxwalk.tournament.command import Source
 
 VARIANTS = (
     ("implicit", 0.001),
@@ -54,7 +53,7 @@ class CompareIntegrators:
     def _try(self, experiment: Any, genotype: Any) -> str:
         from mjxwalk import engines
         from mjxwalk.analysis.trials import try_alone
-        from mjxwalk.evolution.measuring import cost_of_transport, speed
+        from mjxwalk.outcomes import cost_of_transport, speed
 
         engines.prepare()
         trials = try_alone(experiment, genotype, terrains=self.terrains, seed=self.seed)

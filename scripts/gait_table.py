@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from mjxwalk import cli, outputs, runs, walkers
-from mjxwalk.cli.parsing import Seed
+from mjxwalk.cli.argument_types import Seed
 
 Sources = tyro.conf.Positional[
     Annotated[tuple[str, ...], tyro.conf.arg(metavar="RUN|zoo:NAME ...")]

@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 from mjxwalk import cli
-from mjxwalk.cli.parsing import RunFolder, Seed
+from mjxwalk.cli.argument_types import RunFolder, Seed
 from mjxwalk.errors import RunError
 
 ROUGHNESS = (0.0, 0.001, 0.002, 0.004, 0.01)  # m

@@ -7,7 +7,7 @@ from typing import Any
 
 from mjxwalk import cli, outputs, runs, terminal
 from mjxwalk.analysis import style
-from mjxwalk.cli.parsing import RunFolder
+from mjxwalk.cli.argument_types import RunFolder
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import numpy as np
 import tyro
 
 from mjxwalk import cli, outputs, runs, walkers
-from mjxwalk.cli.parsing import Seed
+from mjxwalk.cli.argument_types import Seed
 from mjxwalk.runs import config, study
 
 Sources = tyro.conf.Positional[tuple[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")], ...]]

@@ -5,7 +5,7 @@ import os
 import sys
 
 from mjxwalk import cli, outputs
-from mjxwalk.cli.parsing import OutPath, RunFolder
+from mjxwalk.cli.argument_types import OutPath, RunFolder
 
 SETTLING_CYCLES = 100
 

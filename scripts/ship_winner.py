@@ -9,7 +9,7 @@ from typing import Annotated
 import tyro
 
 from mjxwalk import cli
-from mjxwalk.cli.parsing import RunFolder
+from mjxwalk.cli.argument_types import RunFolder
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -35,12 +35,12 @@ class ShipWinner:
           RunError: the run has no winner, or the files cannot be written.
         """
         from mjxwalk import zoo
-        from mjxwalk.tournament import showing
+        from mjxwalk.tournament import remarks
         from mjxwalk.zoo import shipping
 
         folder = self.zoo or zoo.FOLDER
         shipped = shipping.ship(self.run_folder, self.name, folder, command=self.command)
-        print(f"zoo:{self.name}: {showing.figures(shipped.tournament)}")
+        print(f"zoo:{self.name}: {remarks.figures(shipped.tournament)}")
         print(shipped.command)
         for ending in ("npz", "json"):
             print(folder / f"{self.name}.{ending}")

@@ -10,7 +10,7 @@ import numpy as np
 import tyro
 
 from mjxwalk import cli, outputs, runs, walkers
-from mjxwalk.cli.parsing import OptionalFloat, Seed
+from mjxwalk.cli.argument_types import OptionalFloat, Seed
 
 Sources = tyro.conf.Positional[tuple[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")], ...]]
 RECORDED = 10  # trials of each walker that are looked at frame by frame
@@ -84,7 +84,7 @@ class SpatialTable:
 
     def _try(self, experiment: Any, genotype: Any) -> dict[str, float]:
         from mjxwalk.analysis.trials import try_alone
-        from mjxwalk.evolution.measuring import cost_of_transport, speed
+        from mjxwalk.outcomes import cost_of_transport, speed
 
         tried = try_alone(experiment, genotype, terrains=self.terrains, seed=self.seed)
         return {

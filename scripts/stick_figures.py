@@ -10,8 +10,7 @@ import numpy as np
 
 from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.analysis import style
-from mjxwalk.cli.parsing import Seed
-from mjxwalk.tournament.command import Source
+from mjxwalk.cli.argument_types import Seed, Source
 
 SHORTEST = 0.01  # s between figures; closer ones cannot be told apart
 

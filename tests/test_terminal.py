@@ -11,7 +11,7 @@ from rich.console import Console
 
 from mjxwalk import runs, terminal
 from mjxwalk.cli import main
-from mjxwalk.progress_live import LiveProgress
+from mjxwalk.cli.progress_live import LiveProgress
 from mjxwalk.runs import Config, config, folder
 
 EVIL = "\x1b[2Jred\x07\x9b31m\u202etxt\r"

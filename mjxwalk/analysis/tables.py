@@ -14,9 +14,9 @@ from jaxtyping import Bool
 from mjxwalk.analysis import links, paper
 from mjxwalk.analysis.frame import Frame
 from mjxwalk.analysis.gait import FIGURES, Gait, across, spread
+from mjxwalk.analysis.intervals import wilson
 from mjxwalk.controllers.linear_reactive import NETWORKS
 from mjxwalk.strategies.links import SURVIVAL_THRESHOLD
-from mjxwalk.tournament.intervals import wilson
 
 
 class Benchmark(NamedTuple):

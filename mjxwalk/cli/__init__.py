@@ -1,19 +1,15 @@
 """The command line. Nothing here imports JAX before the arguments are parsed."""
 
 # Hardly anything is imported here: until `program` runs, Ctrl-C ends in Python's own traceback.
-import os
-import signal
+from mjxwalk.cli.signals import leave_on_signals
 
 TYPE_CHECKING = False  # as type checkers know it; typing takes as long as all the rest
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from types import FrameType
 
     from mjxwalk.cli.commands import Command
 
-__all__ = ["SIGNALS", "leave", "leave_on_signals", "main", "program", "run"]
-
-SIGNALS = (signal.SIGINT, signal.SIGTERM)  # a scheduler's SIGTERM is a Ctrl-C of its own
+__all__ = ["main", "program", "run"]
 
 
 def program() -> int:
@@ -52,15 +48,3 @@ def run(program: str, command: "type[Command]", args: "Sequence[str] | None" = N
     from mjxwalk.cli import entry
 
     return entry.run(program, command, args)
-
-
-def leave_on_signals() -> None:
-    """Makes Ctrl-C and SIGTERM end the process at once and without a word, as a shell does."""
-    for number in SIGNALS:
-        signal.signal(number, leave)
-
-
-def leave(number: int, frame: "FrameType | None") -> None:
-    """Ends the process by the exit code that a shell reports for the signal."""
-    del frame
-    os._exit(128 + number)

@@ -3,12 +3,13 @@
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 
 from mjxwalk import experiments
 from mjxwalk.cli import own_body
+from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.errors import RunError, near
 from mjxwalk.evolution import memory, starting
 from mjxwalk.experiments.scaling import scaled
@@ -19,9 +20,6 @@ from mjxwalk.runs.study import StudyConfig
 from mjxwalk.settings import override
 from mjxwalk.strategies import carry_over
 
-if TYPE_CHECKING:
-    from mjxwalk.cli.evolve import Evolve
-
 # Flags that stand for a setting of the experiment.
 SETTINGS = {
     "generations": "generations",
@@ -31,7 +29,7 @@ SETTINGS = {
 }
 
 
-def choose_run(asked: "Evolve") -> tuple[Config, Start | None]:
+def choose_run(asked: EvolveArguments) -> tuple[Config, Start | None]:
     """Returns the settings of a run and what it starts from, None for zero.
 
     Raises:
@@ -92,7 +90,7 @@ def _read_target(experiment: Any) -> None:
         experiment.describe()
 
 
-def choose_study(asked: "Evolve") -> StudyConfig:
+def choose_study(asked: EvolveArguments) -> StudyConfig:
     """Returns the settings of a study.
 
     Raises:
@@ -130,7 +128,7 @@ def _save_every(experiment: Any) -> int:
     return experiment.save_every if isinstance(experiment, Fitting) else 1
 
 
-def _with_flags(asked: "Evolve", experiment: Any) -> Any:
+def _with_flags(asked: EvolveArguments, experiment: Any) -> Any:
     """Returns the experiment with the body and the settings that have flags of their own."""
     if asked.body is not None:
         experiment = own_body.put(experiment, asked.body)
@@ -153,7 +151,7 @@ def _with_strategy(name: str, experiment: Any) -> Any:
     return dataclasses.replace(experiment, strategy=strategy)
 
 
-def _with_links(asked: "Evolve", phases: dict[str, Any], links: str) -> dict[str, Any]:
+def _with_links(asked: EvolveArguments, phases: dict[str, Any], links: str) -> dict[str, Any]:
     """Returns the phases with the links put in where there is a table of them already."""
     with_table = {
         name: override(experiment, "controller.links", links)
@@ -165,7 +163,7 @@ def _with_links(asked: "Evolve", phases: dict[str, Any], links: str) -> dict[str
     return phases | with_table
 
 
-def _assignments(asked: "Evolve") -> list[tuple[str, str]]:
+def _assignments(asked: EvolveArguments) -> list[tuple[str, str]]:
     pairs = [assignment.partition("=") for assignment in asked.set]
     given = [(path.strip(), value.strip()) for path, _, value in pairs]
     for path, _ in given:

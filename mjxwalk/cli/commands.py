@@ -33,21 +33,21 @@ class Entry(NamedTuple):
 COMMANDS: Mapping[str, Entry] = {
     "evolve": Entry("mjxwalk.cli.evolve", "Evolve", "evolve walkers, in a folder of their own"),
     "resume": Entry("mjxwalk.cli.evolve", "Resume", "go on with a run that did not end"),
-    "sweep": Entry("mjxwalk.sweep.command", "Sweep", "evolve a grid of seeds and settings"),
+    "sweep": Entry("mjxwalk.cli.sweep", "Sweep", "evolve a grid of seeds and settings"),
     "tournament": Entry(
-        "mjxwalk.tournament.command", "HoldTournament", "find the best walker of a run and try it"
+        "mjxwalk.cli.tournament", "HoldTournament", "find the best walker of a run and try it"
     ),
-    "watch": Entry("mjxwalk.watch.command", "Watch", "write a page on which walkers walk, in 3D"),
+    "watch": Entry("mjxwalk.cli.watch", "Watch", "write a page on which walkers walk, in 3D"),
     "verify": Entry(
-        "mjxwalk.verify.command", "Verify", "walk the best walker again in C MuJoCo, and compare"
+        "mjxwalk.cli.verify", "Verify", "walk the best walker again in C MuJoCo, and compare"
     ),
     "export": Entry(
-        "mjxwalk.export.command", "Export", "write controller, body or gait for other programs"
+        "mjxwalk.cli.export", "Export", "write controller, body or gait for other programs"
     ),
-    "report": Entry("mjxwalk.report.command", "Report", "write one page on runs, beside the paper"),
+    "report": Entry("mjxwalk.cli.report", "Report", "write one page on runs, beside the paper"),
     "list": Entry("mjxwalk.cli.list", "List", "show experiments, the zoo, and runs"),
-    "doctor": Entry("mjxwalk.doctor", "Doctor", "show versions, devices, and what is missing"),
-    "bench": Entry("mjxwalk.bench.command", "Bench", "measure how fast the engines are here"),
+    "doctor": Entry("mjxwalk.cli.doctor", "Doctor", "show versions, devices, and what is missing"),
+    "bench": Entry("mjxwalk.cli.bench", "Bench", "measure how fast the engines are here"),
 }
 
 

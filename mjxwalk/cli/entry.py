@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import mjxwalk
 from mjxwalk import terminal
-from mjxwalk.cli import leave_on_signals, process
+from mjxwalk.cli import process
+from mjxwalk.cli.signals import leave_on_signals
 
 if TYPE_CHECKING:
     from mjxwalk.cli.commands import Command

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-from mjxwalk.cli import SIGNALS
 from mjxwalk.cli.process import is_importing
+from mjxwalk.cli.signals import SIGNALS
 
 
 class Interrupt:

@@ -37,11 +37,11 @@ class List:
 def _zoo() -> list[tuple[str, ...]]:
     """Returns each walker's source and its figures."""
     from mjxwalk import zoo
-    from mjxwalk.tournament import showing
+    from mjxwalk.tournament import remarks
     from mjxwalk.walkers import ZOO
 
     return [
-        (f"{ZOO}{name}", showing.figures(zoo.provenance(name).tournament)) for name in zoo.names()
+        (f"{ZOO}{name}", remarks.figures(zoo.provenance(name).tournament)) for name in zoo.names()
     ]
 
 

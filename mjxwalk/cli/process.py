@@ -11,7 +11,7 @@ import warnings
 from types import FrameType
 
 from mjxwalk import budget
-from mjxwalk.cli import SIGNALS, leave
+from mjxwalk.cli.signals import SIGNALS, leave
 from mjxwalk.errors import RunError
 
 # Variables of JAX's that say where it computes, and none of which changes a number. Any other is

@@ -15,8 +15,8 @@ from mjxwalk.evolution.elites import Elites
 from mjxwalk.evolution.evolvable import Evolvable
 from mjxwalk.evolution.generation import RunState
 from mjxwalk.evolution.goal import Trying, take
-from mjxwalk.evolution.measuring import cost_of_transport, over_terrains, speed
 from mjxwalk.fitting import Fitting
+from mjxwalk.outcomes import cost_of_transport, over_terrains, speed
 from mjxwalk.runs import Champion
 
 NUM_SCREENING = 10  # ours: terrains that all elites are compared on

@@ -20,7 +20,8 @@ from mjxwalk.evolution import memory
 from mjxwalk.evolution.elites import Elites, fittest
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
 from mjxwalk.evolution.goal import Trying
-from mjxwalk.evolution.measuring import Trials, measure, over_terrains, summarise
+from mjxwalk.evolution.measuring import Trials, measure, summarise
+from mjxwalk.outcomes import over_terrains
 from mjxwalk.runs import Metrics
 from mjxwalk.runs.start import Start
 from mjxwalk.runs.trees import unflatten

@@ -6,6 +6,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
+from mjxwalk.outcomes import cost_of_transport, over_terrains, speed
 from mjxwalk.rollout import Outcome
 from mjxwalk.runs import Metrics
 from mjxwalk.runs.trees import flatten
@@ -26,27 +27,6 @@ class Trials(NamedTuple):
 def summarise(outcome: Outcome) -> Trials:
     """Returns means over the terrains of outcomes [pop, terrain]."""
     return Trials(*[over_terrains(getattr(outcome, field)) for field in Trials._fields])
-
-
-def over_terrains(values: Any) -> Float[np.ndarray, " pop"]:
-    """Returns each genotype's mean of values [pop, terrain]; NaN if one of its values is."""
-    return np.asarray(np.mean(values, axis=1, dtype=np.float64), np.float32)
-
-
-def speed(distance: Any, duration: Any) -> float | None:
-    """Returns the distance of all trials over their duration, m/s; None if they had none."""
-    total = float(np.sum(duration, dtype=np.float64))
-    return float(np.sum(distance, dtype=np.float64)) / total if total > 0 else None
-
-
-def cost_of_transport(work: Any, distance: Any, weight: float) -> float | None:
-    """Returns the work (J) of all trials over weight (N) times distance (m), without unit.
-
-    None of walkers that did not get forward, or whose figures are not finite.
-    """
-    total = float(np.sum(distance, dtype=np.float64))
-    cost = float(np.sum(work, dtype=np.float64)) / (weight * total) if total > 0 else np.nan
-    return _number(cost)
 
 
 def measure(

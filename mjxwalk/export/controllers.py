@@ -7,11 +7,12 @@ import jax
 import msgspec
 import numpy as np
 
+from mjxwalk import installing
 from mjxwalk.engines.pinning import pinned
-from mjxwalk.export import contract, extras, tracing
+from mjxwalk.export import contract, tracing
+from mjxwalk.outputs import as_json
 from mjxwalk.runs.result import npz
 from mjxwalk.runs.trees import flatten
-from mjxwalk.tournament.results import as_json
 from mjxwalk.walkers import Walker
 
 NEXT = "next."  # in place of MEMORY, of what ONNX gives back to be remembered
@@ -47,7 +48,7 @@ def as_safetensors(walker: Walker) -> bytes:
     Raises:
       RunError: safetensors is not installed.
     """
-    library = extras.load("safetensors.numpy", "export", "--to safetensors")
+    library = installing.load("safetensors.numpy", "export", "--to safetensors")
     described = msgspec.to_builtins(contract.describe(walker, weights(walker)))
     arrays = {name: np.ascontiguousarray(array) for name, array in weights(walker).items()}
     return library.save(arrays, metadata={"contract": json.dumps(described, sort_keys=True)})

@@ -12,8 +12,8 @@ from typing import Any
 import jax
 import numpy as np
 
+from mjxwalk import installing
 from mjxwalk.errors import RunError
-from mjxwalk.export import extras
 
 OPSET = 17  # ours: of 2022, which runtimes on robots have by now
 
@@ -60,7 +60,7 @@ def to_onnx(step: Callable[..., Mapping[str, Any]], inputs: Mapping[str, Any]) -
     Raises:
       RunError: onnx is not installed, or the function holds an operation that is not known here.
     """
-    onnx = extras.load("onnx", "onnx", "ONNX")
+    onnx = installing.load("onnx", "onnx", "ONNX")
     names = list(inputs)
     # What it returns in dicts would come back sorted by name.
     outputs: list[str] = []

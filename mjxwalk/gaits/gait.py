@@ -1,18 +1,12 @@
 """Joint angles over one gait cycle, and their Fourier series."""
 
 import dataclasses
-import functools
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 NUM_POINTS = 100  # of a cycle; the next is the first again
-DATA = Path(__file__).with_name("fukuchi_2018.csv")
-# Not in the data: 120 over the cadence of the same subjects, 114.7 steps a minute.
-ADULT_STRIDE_TIME = 1.046  # s
-
 Curve = Float[np.ndarray, "100"]
 
 
@@ -73,20 +67,6 @@ class Harmonics(NamedTuple):
     def phase(self) -> Float[np.ndarray, " harmonic"]:
         """Such that harmonic h is amplitude cos(h x + phase), rad."""
         return np.arctan2(-self.sine, self.cosine)
-
-
-@functools.cache
-def adults() -> Gait:
-    """Returns how 42 adults walk: Fukuchi, Fukuchi & Duarte (2018), CC BY 4.0.
-
-    PeerJ 6:e4640, data at doi 10.6084/m9.figshare.5722711; `fukuchi_2018.md` says what was changed.
-    """
-    from mjxwalk.gaits.reading import read
-
-    made = read(DATA)
-    return dataclasses.replace(
-        made, name="Fukuchi et al. (2018), 42 adults", stride_time=ADULT_STRIDE_TIME
-    )
 
 
 def harmonics(curve: Float[np.ndarray, " point"], num: int) -> Harmonics:

@@ -9,7 +9,7 @@ from mjxwalk.analysis import paper
 from mjxwalk.report.parts import Remark
 from mjxwalk.report.ran import state
 from mjxwalk.report.sources import Phase, Source, shown
-from mjxwalk.tournament import showing
+from mjxwalk.tournament import remarks
 from mjxwalk.tournament.results import (
     AS_EVOLVED,
     HALF_STEP,
@@ -116,7 +116,7 @@ def _gaits(phases: Sequence[Phase]) -> Items:
         )
     found: dict[str, list[str]] = {}
     for phase, held in tried:
-        for remark in showing.remarks(held):
+        for remark in remarks.remarks(held):
             found.setdefault(remark, []).append(phase.label)
     return tuple((f"{_listed(labels)}: {remark}", "") for remark, labels in found.items())
 
@@ -127,7 +127,7 @@ def _counted(held: Sequence[Tournament]) -> list[str]:
     lines: list[str] = []
     for name, place in PLACES.items():
         tried = [each.condition(name) for each in held]
-        apart = sum(name in showing.otherwise(each) for each in held)
+        apart = sum(name in remarks.otherwise(each) for each in held)
         if apart:
             lines.append(
                 f"{apart} of {len(held)} winners: another gait {place}, where {_range(tried)} "

@@ -7,6 +7,7 @@ import numpy as np
 
 from mjxwalk.analysis.gait import Spread
 from mjxwalk.analysis.gait import spread as spread_of
+from mjxwalk.analysis.intervals import wilson
 from mjxwalk.report.parts import (
     Column,
     Row,
@@ -21,7 +22,6 @@ from mjxwalk.report.parts import (
 )
 from mjxwalk.report.sources import Phase
 from mjxwalk.tournament import Condition
-from mjxwalk.tournament.intervals import wilson
 from mjxwalk.tournament.results import AS_EVOLVED
 
 COLUMNS = (

@@ -15,6 +15,7 @@ from mjxwalk import budget
 from mjxwalk.errors import RunError
 from mjxwalk.runs import files, locking
 from mjxwalk.sweep.plan import Resources
+from mjxwalk.sweep.worker import Main
 
 # Tests put another in its place.
 PROGRAM: tuple[str, ...] = (sys.executable, "-m", "mjxwalk")
@@ -82,8 +83,14 @@ class Executor(Protocol):
         ...
 
 
-def make(resources: Resources, num_runs: int, folder: Path) -> Executor:
+def make(resources: Resources, num_runs: int, folder: Path, main: Main) -> Executor:
     """Returns the executor that was asked for.
+
+    Args:
+      resources: that were asked for.
+      num_runs: that it will start.
+      folder: of the sweep.
+      main: runs a command of mjxwalk in the process of a cluster, and returns its exit code.
 
     Raises:
       RunError: it is not installed, not there, or too small for one run.
@@ -91,11 +98,11 @@ def make(resources: Resources, num_runs: int, folder: Path) -> Executor:
     if resources.executor == "ray":
         from mjxwalk.sweep.on_ray import OnRay
 
-        return OnRay(resources)
+        return OnRay(resources, main)
     if resources.executor == "slurm":
         from mjxwalk.sweep.on_slurm import OnSlurm
 
-        return OnSlurm(resources, folder)
+        return OnSlurm(resources, folder, main)
     return Local(resources, num_runs)
 
 

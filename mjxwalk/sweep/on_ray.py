@@ -10,7 +10,7 @@ from mjxwalk import installing
 from mjxwalk.errors import RunError, first_line
 from mjxwalk.sweep.executors import GIGABYTE, Job
 from mjxwalk.sweep.plan import Resources
-from mjxwalk.sweep.worker import work
+from mjxwalk.sweep.worker import Main, work
 
 WAITING = 20.0  # s for a cluster to answer; ours: one that is there takes one or two
 TRY = "import ray, sys; ray.init(address=sys.argv[1], log_to_driver=False)"
@@ -25,7 +25,7 @@ class OnRay:
       where: in words.
     """
 
-    def __init__(self, resources: Resources) -> None:
+    def __init__(self, resources: Resources, main: Main) -> None:
         try:
             ray = importlib.import_module("ray")  # an extra, which may not be there
         except ImportError:
@@ -50,7 +50,7 @@ class OnRay:
         if resources.memory_gb is not None:
             options["memory"] = int(resources.memory_gb * GIGABYTE)
         self._work = self._ray.remote(**options)(_in_folder)
-        self._cores, self._memory_gb = cores, resources.memory_gb
+        self._main, self._cores, self._memory_gb = main, cores, resources.memory_gb
         lent = int(self._ray.cluster_resources().get("CPU", 0))
         self.slots = max(1, lent // cores)
         self.where = f"on a Ray cluster with {lent} cores, {cores} each"
@@ -70,7 +70,13 @@ class OnRay:
     def start(self, job: Job) -> "_Task":
         """Has the cluster run a job when it has the room."""
         reference = self._work.remote(
-            os.getcwd(), job.args, str(job.path), str(job.log), self._cores, self._memory_gb
+            os.getcwd(),
+            self._main,
+            job.args,
+            str(job.path),
+            str(job.log),
+            self._cores,
+            self._memory_gb,
         )
         return _Task(self._ray, reference)
 
@@ -103,11 +109,10 @@ def _no_cluster(address: str, reason: str) -> RunError:
     )
 
 
-def _in_folder(
-    folder: str, args: tuple[str, ...], path: str, log: str, cores: int, memory_gb: float | None
-) -> int:
+def _in_folder(folder: str, *job: Any) -> int:
+    """Works in a folder, as `work` does."""
     os.chdir(folder)
-    return work(args, path, log, cores, memory_gb)
+    return work(*job)
 
 
 class _Task:

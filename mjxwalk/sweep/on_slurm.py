@@ -9,7 +9,7 @@ from mjxwalk import installing
 from mjxwalk.errors import RunError, first_line
 from mjxwalk.sweep.executors import Job
 from mjxwalk.sweep.plan import Resources
-from mjxwalk.sweep.worker import work
+from mjxwalk.sweep.worker import Main, work
 
 FOLDER = "slurm"  # in the sweep's: submitit's own, which nothing of ours reads
 MOST_JOBS = 1000  # ours: waiting at a time; a queue of Slurm has a limit
@@ -25,7 +25,13 @@ class OnSlurm:
 
     slots = MOST_JOBS
 
-    def __init__(self, resources: Resources, folder: Path, cluster: str = "slurm") -> None:
+    def __init__(
+        self,
+        resources: Resources,
+        folder: Path,
+        main: Main,
+        cluster: str = "slurm",
+    ) -> None:
         try:
             submitit = importlib.import_module("submitit")  # an extra
         except ImportError:
@@ -35,6 +41,7 @@ class OnSlurm:
             ) from None
         if cluster == "slurm" and shutil.which("sbatch") is None:
             raise RunError("there is no `sbatch` here; give the command where jobs are submitted")
+        self._main = main
         self._cores, self._memory_gb = resources.cores or 1, resources.memory_gb
         parameters: dict[str, Any] = {
             "cpus_per_task": self._cores,
@@ -60,7 +67,8 @@ class OnSlurm:
         Raises:
           RunError: Slurm refuses it.
         """
-        work_again = Resumable(job.args, str(job.path.resolve()), str(job.log.resolve()))
+        path, log = str(job.path.resolve()), str(job.log.resolve())
+        work_again = Resumable(self._main, job.args, path, log)
         try:
             return _Submitted(self._executor.submit(work_again, self._cores, self._memory_gb))
         except Exception as error:  # submitit raises its own, and those of `sbatch`
@@ -73,12 +81,12 @@ class OnSlurm:
 class Resumable:
     """A run's work, which Slurm may cut short and start again."""
 
-    def __init__(self, args: tuple[str, ...], path: str, log: str) -> None:
-        self._args, self._path, self._log = args, path, log
+    def __init__(self, main: Main, args: tuple[str, ...], path: str, log: str) -> None:
+        self._job = main, args, path, log
 
     def __call__(self, cores: int, memory_gb: float | None) -> int:
         """Works on the run, and returns the exit code."""
-        return work(self._args, self._path, self._log, cores, memory_gb)
+        return work(*self._job, cores, memory_gb)
 
     def checkpoint(self, cores: int, memory_gb: float | None) -> Any:
         """Returns what submitit is to submit once the job's time is up: the run goes on."""

@@ -2,22 +2,21 @@
 
 import hashlib
 import re
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
 
 from mjxwalk import shell, terminal
-from mjxwalk.cli.evolve import Evolve
-from mjxwalk.cli.parsing import parse
 from mjxwalk.errors import RunError
 from mjxwalk.runs import files, sealing
 from mjxwalk.runs.locking import LOCK_FILE, locked
-from mjxwalk.sweep.grid import arguments
 
 FILE = "sweep.json"
 LOGS = "logs"  # folder with what each run said
 SCHEMA = 1
+RESUMED = ("--tensorboard",)  # flags of `evolve` that `resume` needs again
 MOST_BYTES = 1 << 27  # ours: of a plan; the most runs, with a kilobyte of arguments each
 
 
@@ -71,17 +70,22 @@ class _File(Plan, frozen=True, kw_only=True, forbid_unknown_fields=True):
     digest: str | None = None
 
 
-def make(runs: dict[str, Evolve], resources: Resources) -> Plan:
-    """Returns the plan of runs by name.
+def make(runs: Mapping[str, Iterable[str]], resources: Resources) -> Plan:
+    """Returns the plan of runs, by name the arguments of `mjxwalk evolve`.
 
     Raises:
       RunError: an argument cannot be kept in a file.
     """
-    planned = tuple(PlannedRun(name=n, args=tuple(arguments(r))) for n, r in runs.items())
+    planned = tuple(PlannedRun(name=name, args=tuple(args)) for name, args in runs.items())
     for word in {word for run in planned for word in run.args}:
         if terminal.has_other_bytes(word):
             raise RunError(f"a sweep keeps its arguments, and {word!r} is no UTF-8 text; rename it")
     return Plan(runs=planned, resources=resources)
+
+
+def resuming(args: Iterable[str]) -> tuple[str, ...]:
+    """Returns what of a run's arguments it must be told again when it goes on."""
+    return tuple(arg for arg in args if arg in RESUMED)
 
 
 def is_sweep(path: Path) -> bool:
@@ -116,19 +120,32 @@ def create(path: Path, plan: Plan) -> None:
 
 def _check_same(path: Path, plan: Plan) -> None:
     """Raises RunError unless the same runs are planned in a folder."""
-    if read(path).runs != plan.runs:
+    if _read(path).runs != plan.runs:
         again = shell.command("resume", path)
         raise RunError(
             f"{path} holds another sweep; go on with it by `{again}`, or choose another --out"
         )
 
 
-def read(path: Path) -> Plan:
+def read(path: Path, is_allowed: Callable[[tuple[str, ...]], bool]) -> Plan:
     """Returns the plan of a sweep.
+
+    Args:
+      path: of its folder.
+      is_allowed: whether a sweep's run may have such arguments; the file comes from anybody.
 
     Raises:
       RunError: the folder holds none, or it was changed or asks for what a sweep does not do.
     """
+    plan = _read(path)
+    for run in plan.runs:
+        if not is_allowed(run.args):
+            raise RunError(f"{path / FILE} asks for what a sweep does not: {' '.join(run.args)}")
+    return plan
+
+
+def _read(path: Path) -> Plan:
+    """Returns the plan of a sweep, whose runs may have any arguments."""
     file = path / FILE
     content = files.read_inside(path, FILE, MOST_BYTES)
     if content is None:
@@ -139,15 +156,6 @@ def read(path: Path) -> Plan:
     found = files.decode(file, content, _File)
     sealing.check(file, content, needed=True)
     for run in found.runs:
-        _check(file, run)
+        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", run.name) or run.name == LOGS:
+            raise RunError(f"{file} has a run named {run.name!r}, which is no name for its folder")
     return Plan(runs=found.runs, resources=found.resources)
-
-
-def _check(file: Path, run: PlannedRun) -> None:
-    """Refuses a run that would leave the sweep's folder, or be reached from outside of it."""
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", run.name) or run.name == LOGS:
-        raise RunError(f"{file} has a run named {run.name!r}, which is no name for its folder")
-    asked = parse("mjxwalk evolve", Evolve, run.args)
-    leaves = asked.out is not None or asked.distributed or asked.live
-    if leaves or tuple(arguments(asked)) != run.args:
-        raise RunError(f"{file} asks for what a sweep does not: {' '.join(run.args)}")

@@ -12,9 +12,9 @@ from mjxwalk.errors import Interrupted, RunError
 from mjxwalk.runs import files, folder
 from mjxwalk.sweep import executors
 from mjxwalk.sweep.executors import Executor, Handle, Job
-from mjxwalk.sweep.grid import resuming
 from mjxwalk.sweep.looking import Look, look
-from mjxwalk.sweep.plan import LOGS, Plan, PlannedRun
+from mjxwalk.sweep.plan import LOGS, Plan, PlannedRun, resuming
+from mjxwalk.sweep.worker import Main
 
 State = Literal["waiting", "running", "finished", "failed", "stopped"]
 INTERVAL = 0.25  # s between looks
@@ -57,7 +57,13 @@ class Display(Protocol):
         ...
 
 
-def go_on(path: Path, plan: Plan, display: Display, stopping: Callable[[], bool]) -> dict[str, Row]:
+def go_on(
+    path: Path,
+    plan: Plan,
+    display: Display,
+    stopping: Callable[[], bool],
+    main: Main,
+) -> dict[str, Row]:
     """Takes the runs that are not finished to their ends, and returns how all of them ended.
 
     Args:
@@ -65,6 +71,7 @@ def go_on(path: Path, plan: Plan, display: Display, stopping: Callable[[], bool]
       plan: in its `sweep.json`.
       display: shows it.
       stopping: whether to stop.
+      main: runs a command of mjxwalk in the process of a cluster, and returns its exit code.
 
     Raises:
       RunError: another process works on the sweep, or its executor is not there.
@@ -78,7 +85,7 @@ def go_on(path: Path, plan: Plan, display: Display, stopping: Callable[[], bool]
         if not left:
             return rows
         files.make_folder(path, LOGS)
-        executor = executors.make(plan.resources, len(left), path)
+        executor = executors.make(plan.resources, len(left), path, main)
         try:
             display.start(path, executor.where, rows)
             _work(path, left, rows, executor, display, stopping)

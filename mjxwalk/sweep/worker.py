@@ -5,29 +5,39 @@ import io
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypeAlias
+
+Main: TypeAlias = Callable[[Sequence[str]], int]
 
 WAITING = 600.0  # s for a process before us, whose machine was lost, to let go of the run
 
 
-def work(args: Sequence[str], path: str, log: str, cores: int, memory_gb: float | None) -> int:
+def work(
+    main: Main,
+    args: Sequence[str],
+    path: str,
+    log: str,
+    cores: int,
+    memory_gb: float | None,
+) -> int:
     """Begins a run, or goes on with it, and returns the exit code.
 
     Args:
-      args: of `mjxwalk`, to begin the run.
+      main: runs a command of mjxwalk in this process.
+      args: of the command that begins the run.
       path: of its folder, on a disk that all machines share.
       log: file for what it says.
       cores: for the threads of the lanes engine.
       memory_gb: that it may take; None for no limit.
     """
     from mjxwalk.sweep import executors
-    from mjxwalk.sweep.grid import resuming
+    from mjxwalk.sweep.plan import resuming
 
     os.environ[executors.THREADS] = str(cores)
     if memory_gb is not None:
         executors.limit_memory(os.getpid(), _taken_gb() + memory_gb)
-    from mjxwalk.cli import main
     from mjxwalk.runs import config, folder
 
     place = Path(path)

@@ -8,13 +8,13 @@ import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray, Shaped
 
 from mjxwalk import budget, evaluation
+from mjxwalk.analysis.intervals import wilson
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.evaluation import TABLE_ROWS
-from mjxwalk.evolution.measuring import cost_of_transport
+from mjxwalk.outcomes import cost_of_transport
 from mjxwalk.rollout import Outcome
 from mjxwalk.tournament import conditions, steps
 from mjxwalk.tournament.conditions import Setting
-from mjxwalk.tournament.intervals import wilson
 from mjxwalk.tournament.results import Condition, Tournament
 from mjxwalk.tournament.steps import Steps
 from mjxwalk.walkers import Walkers

@@ -97,11 +97,6 @@ def write(folder: Path, tournament: Tournament, arrays: dict[str, npt.NDArray[An
     files.replace(folder, FILE, content)
 
 
-def as_json(data: Any) -> bytes:
-    """Returns the content of a JSON file."""
-    return msgspec.json.format(msgspec.json.encode(data), indent=2) + b"\n"
-
-
 def read(folder: Path) -> Tournament | None:
     """Returns a run's tournament, None if none was held.
 

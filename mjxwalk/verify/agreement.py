@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from mjxwalk.evolution.measuring import cost_of_transport
+from mjxwalk.outcomes import cost_of_transport
 from mjxwalk.rollout import Outcome
 
 # ours: as far apart as one gait is at steps of 1 ms and of a quarter of it (docs/physics.md); which

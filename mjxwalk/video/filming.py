@@ -11,11 +11,10 @@ import jax
 import numpy as np
 from jaxtyping import UInt8
 
-from mjxwalk import budget, outputs, replay
+from mjxwalk import budget, installing, outputs, replay
 from mjxwalk.envs import Flame, Terrain
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
-from mjxwalk.export import extras
 from mjxwalk.runs import files
 from mjxwalk.video import offscreen, scene
 
@@ -67,7 +66,7 @@ def check(path: Path) -> None:
         raise RunError(f"--video must end in {' or '.join(ENDINGS)}, got {path}")
     outputs.check(path, "--video")
     if path.suffix.lower() == ".mp4":
-        extras.load("imageio_ffmpeg", "video", "a video as mp4")
+        installing.load("imageio_ffmpeg", "video", "a video as mp4")
     offscreen.library()
 
 
@@ -129,7 +128,7 @@ def camera_for(env: Any, model: Any) -> Any:
 def _write_mp4(
     path: Path, pictures: Iterator[Picture], frames_per_second: float, size: tuple[int, int]
 ) -> None:
-    library = extras.load("imageio_ffmpeg", "video", "a video as mp4")
+    library = installing.load("imageio_ffmpeg", "video", "a video as mp4")
     writer = library.write_frames(
         str(path),
         size,

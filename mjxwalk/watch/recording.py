@@ -10,7 +10,7 @@ import numpy as np
 from mjxwalk import replay
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import Terrain
-from mjxwalk.evolution.measuring import cost_of_transport
+from mjxwalk.outcomes import cost_of_transport
 from mjxwalk.watch import bodies, ending, forces, grounds
 from mjxwalk.watch.bodies import Body
 from mjxwalk.watch.casting import Cast

@@ -8,10 +8,10 @@ import numpy.typing as npt
 
 from mjxwalk import outputs
 from mjxwalk.errors import RunError
+from mjxwalk.outputs import as_json
 from mjxwalk.runs import config, files
 from mjxwalk.runs.npz import npz, read_npz
 from mjxwalk.tournament import Tournament
-from mjxwalk.tournament.results import as_json
 from mjxwalk.walkers import ZOO, Walker
 
 SCHEMA = 1  # of the JSON file; raise it when a field changes its meaning

@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 from bench.given import RESULTS
 
-from mjxwalk.bench import bodies, child, contenders, measuring, showing
+from mjxwalk.bench import bodies, child, contenders, measuring
 from mjxwalk.bench.measuring import Sizes
 from mjxwalk.bench.results import as_json
+from mjxwalk.cli import bench_tables
 
 TINY = Sizes(
     quick=True,
@@ -98,14 +99,14 @@ def test_a_quick_bench_leaves_mjx_out_where_it_compiles_slowly_and_says_so(
     assert spatial["mjx"] is None and spatial["lanes_over_mjx"] is None
     assert spatial["left_out"] == {"mjx": measuring.TOO_SLOW}
     assert spatial["lanes_over_mujoco_rollout"] > 0
-    showing.show(quick)
+    bench_tables.show(quick)
     assert f"mjx left out: {measuring.TOO_SLOW}" in capsys.readouterr().out
     full = measuring.measure(dataclasses.replace(TINY, quick=False), print)
     assert as_json(full)["spatial"]["lanes_over_mjx"] > 0
 
 
 def test_what_is_measured_can_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    showing.show(measuring.measure(TINY, print))
+    bench_tables.show(measuring.measure(TINY, print))
     shown = capsys.readouterr().out
     assert "lanes / mujoco_rollout = " in shown and "lanes_xla" not in shown
 
@@ -114,7 +115,7 @@ def test_lanes_xla_is_measured_on_request(capsys: pytest.CaptureFixture[str]) ->
     measured = measuring.measure(dataclasses.replace(TINY, xla=True), print)
     planar = as_json(measured)["planar"]
     assert planar["lanes_over_lanes_xla"] == planar["lanes"] / planar["lanes_xla"]
-    showing.show(measured)
+    bench_tables.show(measured)
     assert "lanes_xla / mjx = " in capsys.readouterr().out
 
 

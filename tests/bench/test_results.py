@@ -6,8 +6,8 @@ import msgspec
 import pytest
 from bench.given import RESULTS
 
-from mjxwalk.bench import showing
 from mjxwalk.bench.results import as_json
+from mjxwalk.cli import bench_tables
 
 
 def test_ratios_are_those_of_the_given_steps() -> None:
@@ -41,13 +41,13 @@ def test_a_second_body_has_a_key_and_a_table_of_its_own() -> None:
     planar = RESULTS.speeds["planar"]
     both = dataclasses.replace(RESULTS, speeds={"planar": planar, "spatial": planar})
     assert as_json(both)["spatial"] == as_json(both)["planar"]
-    assert len(showing.sections(both)) == len(showing.sections(RESULTS)) + 1
+    assert len(bench_tables.sections(both)) == len(bench_tables.sections(RESULTS)) + 1
 
 
 def test_plain_lines_tell_the_ratios_and_what_they_are_against(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    showing.show(RESULTS)
+    bench_tables.show(RESULTS)
     shown = capsys.readouterr().out
     assert "lanes / mjx = 250" in shown
     assert "lanes / mujoco_rollout = 100" in shown
@@ -59,6 +59,6 @@ def test_plain_lines_tell_the_ratios_and_what_they_are_against(
 
 def test_an_accelerator_is_named() -> None:
     machine = dataclasses.replace(RESULTS.machine, mjx_devices="1 x H100", accelerator=True)
-    shown = showing.sections(dataclasses.replace(RESULTS, machine=machine))[0]
+    shown = bench_tables.sections(dataclasses.replace(RESULTS, machine=machine))[0]
     assert "mjx ran on an accelerator: 1 x H100" in shown.remarks
     assert shown.rows[1][:2] == ("mjx", "1 x H100")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjxwalk.evolution.measuring import cost_of_transport, measure, over_terrains, speed
+from mjxwalk.evolution.measuring import measure
 from mjxwalk.rollout import Outcome
 
 
@@ -13,22 +13,6 @@ def outcome(fitness: list[list[float]]) -> Outcome:
     fell = values < 0
     arrays = (values, values, ones, fell, ~fell, ones, ones, ones.astype(np.int32))
     return Outcome(*arrays)  # type: ignore[arg-type]
-
-
-def test_a_mean_with_nan_is_nan() -> None:
-    means = over_terrains(np.array([[1.0, 2.0], [np.nan, 2.0]], np.float32))
-    np.testing.assert_array_equal(means, np.array([1.5, np.nan], np.float32))
-
-
-def test_speed_and_cost_by_hand() -> None:
-    assert speed(np.array([3.0, 1.0]), np.array([2.0, 2.0])) == 1.0
-    assert speed(np.zeros(2), np.zeros(2)) is None
-    assert cost_of_transport(np.array([50.0, 30.0]), np.array([3.0, 1.0]), 10.0) == 2.0
-
-
-@pytest.mark.parametrize("distance", [0.0, -1.0, np.nan])
-def test_no_transport_has_no_cost(distance: float) -> None:
-    assert cost_of_transport(np.array([50.0]), np.array([distance]), 10.0) is None
 
 
 def test_nan_stays_out_of_the_averages() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mjxwalk import experiments, runs
+from mjxwalk.analysis.intervals import wilson
 from mjxwalk.controllers import Weights
 from mjxwalk.controllers.linear_reactive import INPUTS, NETWORKS, local_links
 from mjxwalk.report.sources import Phase
@@ -15,7 +16,6 @@ from mjxwalk.runs import metrics
 from mjxwalk.runs.metrics import Metrics
 from mjxwalk.runs.result import Champion, Result
 from mjxwalk.tournament import Condition, Tournament
-from mjxwalk.tournament.intervals import wilson
 from mjxwalk.tournament.results import AS_EVOLVED, HALF_STEP
 from mjxwalk.walkers import Walker
 

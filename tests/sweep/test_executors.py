@@ -13,7 +13,8 @@ import toy
 
 from mjxwalk.cli import main
 from mjxwalk.cli.evolve import Evolve
-from mjxwalk.sweep import executors, grid, on_ray, plan, worker
+from mjxwalk.cli.sweep_grid import make_plan
+from mjxwalk.sweep import executors, on_ray, plan, worker
 from mjxwalk.sweep.executors import Job, Local
 
 FAKE = Path(__file__).with_name("fake.py")
@@ -55,7 +56,7 @@ def test_a_killed_run_is_said_to_be_killed(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_a_run_that_a_killed_sweep_left_over_is_waited_for() -> None:
-    planned = plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources())
+    planned = make_plan(Evolve(experiment="toy"), 1, plan.Resources())
     plan.create(Path("s"), planned)
     Path("s/logs").mkdir()
     job = Job("seed-0", ("evolve", "toy", "--out", "s/seed-0"), Path("s/seed-0"), LOG)
@@ -79,7 +80,7 @@ def test_a_clusters_process_gets_the_memory_of_a_run_on_top_of_what_it_has(
     monkeypatch.setattr(executors, "THREADS", "MJXWALK_TESTS_THREADS")
     taken = bytes(300_000_000)
     Path("logs").mkdir()
-    assert worker.work(["evolve", "--nonsense"], "s", "logs/s.log", 1, 0.5) == 2
+    assert worker.work(main, ["evolve", "--nonsense"], "s", "logs/s.log", 1, 0.5) == 2
     assert limits[0] > 0.5 + len(taken) / executors.GIGABYTE
     assert "unrecognized options" in Path("logs/s.log").read_text()
 

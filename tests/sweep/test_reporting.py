@@ -6,15 +6,15 @@ from pathlib import Path
 import pytest
 
 from mjxwalk.cli.parsing import parse
-from mjxwalk.report.command import Report
-from mjxwalk.sweep import plan, reporting
-from mjxwalk.sweep.command import Sweep
-from mjxwalk.sweep.grid import grid
+from mjxwalk.cli.report import Report
+from mjxwalk.cli.sweep import Sweep
+from mjxwalk.cli.sweep_grid import make_plan
+from mjxwalk.sweep import reporting
 from mjxwalk.sweep.plan import Plan, Resources
 
 
 def planned(*assignments: str, seeds: int = 3) -> Plan:
-    return plan.make(grid(Sweep(set=assignments), seeds), Resources())
+    return make_plan(Sweep(set=assignments), seeds, Resources())
 
 
 def words(command: str, folder: Path) -> list[str]:

@@ -20,10 +20,11 @@ import toy
 from mjxwalk.cli import main
 from mjxwalk.cli.evolve import Evolve
 from mjxwalk.cli.parsing import parse
+from mjxwalk.cli.sweep_grid import is_of_sweep, make_plan
 from mjxwalk.engines.lanes import cache
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, folder, sealing
-from mjxwalk.sweep import executors, grid, looking, plan
+from mjxwalk.sweep import executors, looking, plan
 
 FAKE = Path(__file__).with_name("fake.py")
 
@@ -140,11 +141,11 @@ def test_a_plan_that_leads_out_of_its_folder_is_refused(name: str, args: tuple[s
     data = {"schema": plan.SCHEMA, "runs": [run], "resources": {}}
     Path("s", plan.FILE).write_bytes(sealing.sealed(data))
     with pytest.raises(RunError):
-        plan.read(Path("s"))
+        plan.read(Path("s"), is_of_sweep)
 
 
 def test_a_changed_or_older_plan_is_one_sentence() -> None:
-    plan.create(Path("s"), plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources()))
+    plan.create(Path("s"), make_plan(Evolve(experiment="toy"), 1, plan.Resources()))
     file = Path("s", plan.FILE)
     whole = file.read_bytes()
     for content, complaint in (
@@ -154,13 +155,13 @@ def test_a_changed_or_older_plan_is_one_sentence() -> None:
     ):
         file.write_bytes(content)
         with pytest.raises(RunError, match=complaint):
-            plan.read(Path("s"))
+            plan.read(Path("s"), is_of_sweep)
 
 
 def test_a_sweep_in_the_hands_of_another_process_is_refused(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    planned = plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources())
+    planned = make_plan(Evolve(experiment="toy"), 1, plan.Resources())
     plan.create(Path("s"), planned)
     with folder.locked(Path("s")):
         assert main(["resume", "s"]) == 2
@@ -206,7 +207,7 @@ def test_tensorboard_is_passed_on_also_to_runs_that_go_on() -> None:
 def test_flags_of_one_run_are_refused_when_a_sweep_goes_on(
     flag: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    plan.create(Path("s"), plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources()))
+    plan.create(Path("s"), make_plan(Evolve(experiment="toy"), 1, plan.Resources()))
     assert main(["resume", "s", flag]) == 2
     assert f"s is a sweep, whose runs go on as they were begun; {flag}" in capsys.readouterr().err
 
@@ -214,8 +215,8 @@ def test_flags_of_one_run_are_refused_when_a_sweep_goes_on(
 def test_of_two_processes_that_plan_at_once_the_second_reads_what_the_first_wrote(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    first = plan.make(grid(Evolve(experiment="toy"), 1), plan.Resources())
-    second = plan.make(grid(Evolve(experiment="toy"), 2), plan.Resources())
+    first = make_plan(Evolve(experiment="toy"), 1, plan.Resources())
+    second = make_plan(Evolve(experiment="toy"), 2, plan.Resources())
     locked = plan.locked
 
     @contextlib.contextmanager
@@ -228,7 +229,7 @@ def test_of_two_processes_that_plan_at_once_the_second_reads_what_the_first_wrot
     monkeypatch.setattr(plan, "locked", slow)
     with pytest.raises(RunError, match="holds another sweep"):
         plan.create(Path("s"), second)
-    assert plan.read(Path("s")).runs == first.runs
+    assert plan.read(Path("s"), is_of_sweep).runs == first.runs
 
 
 def test_what_a_damaged_run_tells_is_nothing() -> None:

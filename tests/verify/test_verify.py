@@ -14,10 +14,11 @@ import pytest
 import toy
 
 from mjxwalk import cli, walkers
+from mjxwalk.cli.verify import DISAGREES
 from mjxwalk.envs import Planar7, RandomWalk, SerpentineWalk, SoftContact, Terrain
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.rollout import Outcome
-from mjxwalk.verify import agreement, bodies, command, comparing, laws, trials
+from mjxwalk.verify import agreement, bodies, comparing, laws, trials
 from mjxwalk.verify.agreement import Agreement
 
 
@@ -89,7 +90,7 @@ def test_a_trial_ends_where_its_rules_say() -> None:
 def test_a_lighter_body_is_noticed(planar: Agreement) -> None:
     walker = shorter("planar-lpd", max_time=1.5, torso_mass=35.0)
     experiment = walker.experiment
-    key = jax.random.fold_in(jax.random.key(1), command.VERIFY)
+    key = jax.random.fold_in(jax.random.key(1), comparing.VERIFY)
     heights = np.asarray(experiment.sample_terrains(key, 3))
     outcome = trials.run(experiment.env, experiment.controller, walker.genotype, heights)
     lighter = agreement.side("C MuJoCo", outcome, experiment.weight)
@@ -168,7 +169,7 @@ def test_the_command_shows_and_writes_the_figures(
     told = json.loads(out.read_text())
     assert told["engine"]["name"] == "lanes" and len(told["reference"]["distance_m"]) == 3
     planar = msgspec.structs.replace(planar, agrees=False)
-    assert cli.main(args) == command.DISAGREES
+    assert cli.main(args) == DISAGREES
     assert "does not agree" in capsys.readouterr().out
 
 

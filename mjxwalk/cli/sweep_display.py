@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.table import Table
 
 from mjxwalk import terminal
-from mjxwalk.progress import duration
+from mjxwalk.cli.progress_text import duration
 from mjxwalk.sweep.running import Display, Row
 
 LINE_INTERVAL = 10.0  # s between plain lines that tell how far everything is
@@ -48,7 +48,7 @@ class PlainDisplay:
 
     def say(self, text: str) -> None:
         """Prints a line at once."""
-        print(text, flush=True)
+        terminal.say(text)
 
     def close(self) -> None:
         """Does nothing: lines are final."""

@@ -4,8 +4,10 @@ from typing import Any
 
 import pytest
 
-from mjxwalk.tournament import Condition, Tournament, showing
-from mjxwalk.tournament.intervals import wilson
+from mjxwalk.analysis.intervals import wilson
+from mjxwalk.cli import tournament_table
+from mjxwalk.tournament import Condition, Tournament
+from mjxwalk.tournament import remarks as remarking
 from mjxwalk.tournament.results import AS_EVOLVED, HALF_STEP, PAPERS_STEP, PERTURBED
 
 
@@ -43,7 +45,7 @@ def held(*conditions: Condition) -> Tournament:
 
 
 def test_a_gait_that_holds_at_one_step_only_is_called_an_artefact() -> None:
-    remarks = showing.remarks(held(condition(AS_EVOLVED, 2), condition(HALF_STEP, 480)))
+    remarks = remarking.remarks(held(condition(AS_EVOLVED, 2), condition(HALF_STEP, 480)))
     assert remarks == [
         "the gait is an artefact of its time step: falls 0.2 % (40.0 m) as evolved, "
         "48.0 % (40.0 m) at half the time step"
@@ -52,16 +54,16 @@ def test_a_gait_that_holds_at_one_step_only_is_called_an_artefact() -> None:
 
 def test_both_steps_are_told_in_one_sentence() -> None:
     conditions = (condition(AS_EVOLVED, 2), condition(HALF_STEP, 480), condition(PAPERS_STEP, 900))
-    (remark,) = showing.remarks(held(*conditions))
+    (remark,) = remarking.remarks(held(*conditions))
     assert remark.endswith(
         "48.0 % (40.0 m) at half the time step and 90.0 % (40.0 m) at the paper's explicit step"
     )
 
 
-def test_a_gait_that_hangs_on_its_start_is_told() -> None:
+def test_a_gait_that_depends_on_its_initial_pose_is_told() -> None:
     conditions = (condition(AS_EVOLVED, 2), condition(HALF_STEP, 3), condition(PERTURBED, 400))
-    assert showing.remarks(held(*conditions)) == [
-        "the gait hangs on its start: falls 0.2 % (40.0 m) from the usual one, "
+    assert remarking.remarks(held(*conditions)) == [
+        "the gait depends on its initial pose: falls 0.2 % (40.0 m) from the usual one, "
         "40.0 % (40.0 m) from perturbed starts",
         "walks alike at half the time step",
     ]
@@ -70,12 +72,12 @@ def test_a_gait_that_hangs_on_its_start_is_told() -> None:
 @pytest.mark.parametrize("falls", [0, 20, 500])
 def test_falls_that_chance_explains_are_no_difference(falls: int) -> None:
     conditions = (condition(AS_EVOLVED, falls), condition(HALF_STEP, falls + 25))
-    assert showing.remarks(held(*conditions)) == ["walks alike at half the time step"]
+    assert remarking.remarks(held(*conditions)) == ["walks alike at half the time step"]
 
 
 def test_who_stops_on_the_way_walks_otherwise_without_a_fall() -> None:
     stops = condition(PERTURBED, 2, distance_mean_m=30.0)
-    (remark,) = showing.remarks(held(condition(AS_EVOLVED, 2), stops))
+    (remark,) = remarking.remarks(held(condition(AS_EVOLVED, 2), stops))
     assert remark.endswith(
         "falls 0.2 % (40.0 m) from the usual one, 0.2 % (30.0 m) from perturbed starts"
     )
@@ -85,7 +87,7 @@ def test_shown_are_all_figures_and_a_dash_where_there_is_none(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     full = condition(HALF_STEP, 0, step_length_m=0.6123, double_stance=0.124)
-    showing.show(held(condition(AS_EVOLVED, 2, speed_m_s=None), full), "runs/a")
+    tournament_table.show(held(condition(AS_EVOLVED, 2, speed_m_s=None), full), "runs/a")
     first, head, usual, half, _ = capsys.readouterr().out.splitlines()
     assert first == (
         "the winner of runs/a is the fittest of generation 57, of 50 on 20 terrains; "
@@ -97,6 +99,6 @@ def test_shown_are_all_figures_and_a_dash_where_there_is_none(
 
 
 def test_a_walkers_line_has_its_figures_at_half_the_step_too() -> None:
-    assert showing.figures(held(condition(AS_EVOLVED, 2), condition(HALF_STEP, 4))) == (
+    assert remarking.figures(held(condition(AS_EVOLVED, 2), condition(HALF_STEP, 4))) == (
         "40.0 m, falls 0.2 %, cost of transport 0.25, falls 0.4 % at half the step"
     )

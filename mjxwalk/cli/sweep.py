@@ -5,18 +5,18 @@ from pathlib import Path
 from typing import Literal
 
 from mjxwalk import experiments, shell
-from mjxwalk.cli.evolve import Evolve
-from mjxwalk.cli.parsing import CoresOrShare, GigabytesOrAll, NameOrDefault, SweepPath
+from mjxwalk.cli import main, sweep_grid
+from mjxwalk.cli.argument_types import CoresOrShare, GigabytesOrAll, NameOrDefault, SweepPath
+from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.errors import Interrupted, RunError
 from mjxwalk.runs.folder import RUNS
 from mjxwalk.sweep import plan as plans
 from mjxwalk.sweep.executors import LEAST_GB
-from mjxwalk.sweep.grid import grid
 from mjxwalk.sweep.plan import Plan, Resources
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Sweep(Evolve):
+class Sweep(EvolveArguments):
     """Evolve a grid of runs: every seed with every combination of settings, in one folder.
 
     The same command goes on with what it did not finish; runs that are finished stay as they are.
@@ -48,7 +48,7 @@ class Sweep(Evolve):
         Raises:
           RunError: an argument is wrong, an executor is not there, or a run failed.
         """
-        self._check()
+        self.check()
         self._check_flags()
         plan = self._plan()
         path = self.out or RUNS / f"sweep-{self.experiment.replace('/', '-')}-{plan.name}"
@@ -91,9 +91,9 @@ class Sweep(Evolve):
             partition=self.partition,
             hours=self.hours,
         )
-        return plans.make(grid(self.anywhere(), self.seeds), resources)
+        return sweep_grid.make_plan(self.anywhere(), self.seeds, resources)
 
-    def anywhere(self) -> Evolve:
+    def anywhere(self) -> EvolveArguments:
         """Returns what is asked for with whole paths, to be gone on with from any folder."""
         from mjxwalk.walkers import ZOO
 
@@ -121,7 +121,7 @@ class Sweep(Evolve):
         from mjxwalk.runs import config
 
         seen: dict[bytes, str] = {}
-        for asked in grid(self, 1).values():
+        for asked in sweep_grid.grid(self, 1).values():
             settings, _ = choose_run(asked)
             given, content = " ".join(asked.set), config.text(settings)
             if content in seen:
@@ -135,18 +135,19 @@ def go_on(path: Path, plan: Plan) -> int:
     Raises:
       RunError: its executor is not there, or a run failed.
     """
+    from mjxwalk.cli import sweep_display
     from mjxwalk.cli.interrupt import Interrupt
-    from mjxwalk.sweep import reporting, running, showing
+    from mjxwalk.sweep import reporting, running
 
-    display = showing.make_display()
+    display = sweep_display.make_display()
     with Interrupt(display.say) as interrupt:
         try:
-            rows = running.go_on(path, plan, display, interrupt.requested)
+            rows = running.go_on(path, plan, display, interrupt.requested, main)
         except (Interrupted, KeyboardInterrupt) as stop:
             display.close()
             display.say(f"{stop or 'stopped'}; go on with: {shell.command('resume', path)}")
             return 128 + interrupt.signal
-    display.say(showing.summary(rows, None))
+    display.say(sweep_display.summary(rows, None))
     running.check_ended(path, rows)
     display.say(f"in {path}")
     for number, line in enumerate(reporting.commands(path, plan)):

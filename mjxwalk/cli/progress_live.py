@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mjxwalk import terminal
-from mjxwalk.progress import Clock, closing, duration, figures, opening
+from mjxwalk.cli.progress_text import Clock, closing, duration, figures, opening
 from mjxwalk.runs import Config, Metrics, Result
 
 

@@ -2,12 +2,12 @@
 
 import dataclasses
 import time
-from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Literal
 
 import tyro
 
-from mjxwalk import installing, outputs
+from mjxwalk import installing, outputs, terminal
+from mjxwalk.cli.argument_types import OptionalFile
 from mjxwalk.errors import RunError
 
 
@@ -26,7 +26,7 @@ class Bench:
     subject: tyro.conf.Positional[Literal["engines", "strategies"]] = "engines"
     quick: bool = False
     xla: bool = False
-    json: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    json: OptionalFile = None
 
     def run(self) -> int:
         """Measures, prints and returns the exit code.
@@ -41,39 +41,29 @@ class Bench:
         from mjxwalk import engines
 
         engines.prepare()
-        from mjxwalk.bench import measuring, results, showing
+        from mjxwalk.bench import measuring, results
+        from mjxwalk.cli import bench_tables
 
         started = time.perf_counter()
         sizes = measuring.QUICK if self.quick else measuring.FULL
-        measured = measuring.measure(dataclasses.replace(sizes, xla=self.xla), _say)
+        measured = measuring.measure(dataclasses.replace(sizes, xla=self.xla), terminal.say)
         if self.json is not None:
-            outputs.write(self.json, as_json(results.as_json(measured)))
-        showing.show(measured)
+            outputs.write(self.json, outputs.as_json(results.as_json(measured)))
+        bench_tables.show(measured)
         wrote = "" if self.json is None else f", wrote {self.json}"
-        _say(f"took {time.perf_counter() - started:.0f} s{wrote}")
+        terminal.say(f"took {time.perf_counter() - started:.0f} s{wrote}")
         return 0
 
     def _compare_strategies(self) -> int:
         from mjxwalk.bench import comparing
 
         try:
-            numbers = comparing.measure_and_show(self.quick, _say)
+            numbers = comparing.measure_and_show(self.quick, terminal.say)
         except ImportError as error:
             raise RunError(
                 f"comparing strategies needs evosax ({error}); add it with: "
                 f"{installing.command('evosax')}"
             ) from None
         if self.json is not None:
-            outputs.write(self.json, as_json(numbers))
+            outputs.write(self.json, outputs.as_json(numbers))
         return 0
-
-
-def as_json(data: dict[str, Any]) -> bytes:
-    """Returns the content of a JSON file."""
-    import msgspec
-
-    return msgspec.json.format(msgspec.json.encode(data), indent=2) + b"\n"
-
-
-def _say(text: str) -> None:
-    print(text, flush=True)

@@ -9,7 +9,7 @@ from rich.table import Table
 from mjxwalk import terminal
 from mjxwalk.bench.bodies import BODIES, SAME_WORK
 from mjxwalk.bench.results import REFERENCE, Results, Speed
-from mjxwalk.progress import count
+from mjxwalk.cli.progress_text import count
 
 MEBIBYTE = 1 << 20
 

@@ -7,8 +7,9 @@ import pytest
 import toy
 from rich.console import Console
 
-from mjxwalk.progress import Clock, PlainProgress, count, duration, figures, opening
-from mjxwalk.progress_live import LiveProgress
+from mjxwalk.cli.progress import PlainProgress
+from mjxwalk.cli.progress_live import LiveProgress
+from mjxwalk.cli.progress_text import Clock, count, duration, figures, opening
 from mjxwalk.runs import Champion, Config, Metrics, Result
 from mjxwalk.runs.config import Origin
 

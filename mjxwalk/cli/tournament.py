@@ -3,20 +3,17 @@
 import dataclasses
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
-
-import tyro
+from typing import TYPE_CHECKING
 
 from mjxwalk import budget, outputs, shell
-from mjxwalk.cli.parsing import OptionalFloat, Seed
+from mjxwalk.cli.argument_types import EngineName, OptionalFile, OptionalFloat, Seed, Source
 from mjxwalk.errors import RunError
+from mjxwalk.terminal import say
 from mjxwalk.tournament import TERRAINS
 
 if TYPE_CHECKING:
     from mjxwalk.tournament import Tournament
     from mjxwalk.walkers import Walkers
-
-Source: TypeAlias = tyro.conf.Positional[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")]]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -38,9 +35,9 @@ class HoldTournament:
     source: Source
     terrains: int = TERRAINS
     seed: Seed = 0
-    engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
+    engine: EngineName = "auto"
     roughness: OptionalFloat = None
-    json: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    json: OptionalFile = None
 
     def run(self) -> int:
         """Holds the tournament, shows and writes what came out, and returns the exit code.
@@ -50,8 +47,8 @@ class HoldTournament:
         """
         self._check()
         from mjxwalk import engines, tournament, walkers
+        from mjxwalk.cli import tournament_table
         from mjxwalk.fitting import Fitting
-        from mjxwalk.tournament import showing
 
         engines.prepare()
         entrants = walkers.find(self.source)
@@ -63,11 +60,15 @@ class HoldTournament:
         changed = self._on_ground(entrants)
         try:
             held = tournament.hold(
-                changed, engine=self.engine, seed=self.seed, terrains=self.terrains, say=_say
+                changed,
+                engine=self.engine,
+                seed=self.seed,
+                terrains=self.terrains,
+                say=say,
             )
         except ValueError as error:
             raise RunError(str(error)) from None
-        showing.show(held, self.source)
+        tournament_table.show(held, self.source)
         elsewhere = changed.experiment.tried() != entrants.experiment.tried()
         self._write(held, entrants, elsewhere=elsewhere)
         return 0
@@ -101,20 +102,16 @@ class HoldTournament:
         from mjxwalk.tournament import results
 
         if self.json is not None:
-            outputs.write(self.json, results.as_json(held))
-            _say(f"wrote {self.json}")
+            outputs.write(self.json, outputs.as_json(held))
+            say(f"wrote {self.json}")
         if walkers.in_zoo(self.source):
             return
         if elsewhere:
-            _say(f"{self.source} is left as it is: it evolved on ground of another roughness")
+            say(f"{self.source} is left as it is: it evolved on ground of another roughness")
             return
         if self.json is not None and not os.access(self.source, os.W_OK):
-            _say(f"{self.source} is left as it is: it cannot be written")
+            say(f"{self.source} is left as it is: it cannot be written")
             return
         winner = entrants.of_generation(held.winner_generation)
         tournament.write(Path(self.source), held, winner)
-        _say(f"wrote {results.FILE} and {results.WINNER_FILE} in {self.source}")
-
-
-def _say(text: str) -> None:
-    print(text, flush=True)
+        say(f"wrote {results.FILE} and {results.WINNER_FILE} in {self.source}")

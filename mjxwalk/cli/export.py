@@ -3,14 +3,11 @@
 import dataclasses
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
-import tyro
-
-from mjxwalk import outputs
-from mjxwalk.cli.parsing import OptionalFloat, Seed
+from mjxwalk import installing, outputs
+from mjxwalk.cli.argument_types import OptionalFile, OptionalFloat, Seed, Source
 from mjxwalk.errors import RunError
-from mjxwalk.tournament.command import Source
 
 if TYPE_CHECKING:
     from mjxwalk.walkers import Walker
@@ -48,7 +45,7 @@ class Export:
 
     source: Source
     to: Literal["npz", "safetensors", "onnx", "mjcf", "sto", "csv"]
-    out: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    out: OptionalFile = None
     seconds: float = 60.0
     frames_per_second: float = 100.0
     terrain_seed: Seed = 0
@@ -107,7 +104,6 @@ class Export:
     def _check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""
         from mjxwalk import walkers
-        from mjxwalk.export import extras
 
         if not (math.isfinite(self.seconds) and 0.1 <= self.seconds <= MAX_SECONDS):
             raise RunError(f"--seconds must be from 0.1 to {MAX_SECONDS:g}, got {self.seconds}")
@@ -117,9 +113,9 @@ class Export:
             raise RunError(f"--roughness must not be negative, got {self.roughness}")
         walkers.check(self.source)
         if self.to == "onnx":
-            extras.load("onnx", "onnx", "--to onnx")
+            installing.load("onnx", "onnx", "--to onnx")
         elif self.to == "safetensors":
-            extras.load("safetensors", "export", "--to safetensors")
+            installing.load("safetensors", "export", "--to safetensors")
 
     def _default(self) -> Path:
         from mjxwalk import walkers

@@ -3,12 +3,12 @@
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import tyro
 
-from mjxwalk import budget, shell
-from mjxwalk.cli.parsing import Seed
+from mjxwalk import budget, shell, terminal
+from mjxwalk.cli.argument_types import EngineName, Seed
 from mjxwalk.errors import RunError
 
 RunFolders = tyro.conf.Positional[
@@ -36,7 +36,7 @@ class Report:
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     trials: int = 100
     seed: Seed = 0
-    engine: Literal["auto", "mjx", "lanes", "lanes-xla"] = "auto"
+    engine: EngineName = "auto"
 
     def run(self) -> int:
         """Writes the page and returns the exit code.
@@ -60,7 +60,7 @@ class Report:
                 num_trials=self.trials,
                 seed=self.seed,
                 engine=self.engine,
-                say=_say,
+                say=terminal.say,
             )
         except ValueError as error:
             raise RunError(str(error)) from None
@@ -102,7 +102,3 @@ def _check(paths: Sequence[Path]) -> None:
             raise RunError(
                 f"{path} has no generation yet; evolve it: {shell.command('resume', path)}"
             )
-
-
-def _say(text: str) -> None:
-    print(text, flush=True)

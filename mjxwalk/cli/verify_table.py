@@ -1,6 +1,6 @@
 """An agreement in words."""
 
-from mjxwalk.tournament.showing import percent
+from mjxwalk.tournament.remarks import percent
 from mjxwalk.verify.agreement import MOST_APART, MOST_APART_COST, MOST_OTHER_ENDS, Agreement, Side
 
 COLUMNS = ("", "distance (m)", "falls", "cost of transport")

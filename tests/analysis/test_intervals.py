@@ -2,7 +2,7 @@
 
 import pytest
 
-from mjxwalk.tournament.intervals import wilson
+from mjxwalk.analysis.intervals import wilson
 
 
 # Newcombe (1998), "Two-sided confidence intervals for the single proportion", Statistics in

@@ -8,9 +8,8 @@ import toy
 from mjxwalk.cli import main
 from mjxwalk.cli.evolve import Evolve
 from mjxwalk.cli.parsing import parse
-from mjxwalk.sweep import grid
-from mjxwalk.sweep.command import Sweep
-from mjxwalk.sweep.grid import arguments
+from mjxwalk.cli.sweep import Sweep
+from mjxwalk.cli.sweep_grid import arguments, grid
 
 
 @pytest.fixture(autouse=True)

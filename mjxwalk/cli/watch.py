@@ -3,14 +3,11 @@
 import dataclasses
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import tyro
+from typing import TYPE_CHECKING
 
 from mjxwalk import outputs
-from mjxwalk.cli.parsing import OptionalFloat, Seed
+from mjxwalk.cli.argument_types import OptionalFile, OptionalFloat, Seed, Source
 from mjxwalk.errors import RunError
-from mjxwalk.tournament.command import Source
 
 if TYPE_CHECKING:
     from mjxwalk.watch.casting import Cast
@@ -50,9 +47,9 @@ class Watch:
     terrain_seed: Seed = 0
     roughness: OptionalFloat = None
     seconds: float = 60.0
-    out: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    out: OptionalFile = None
     open: bool = False
-    video: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    video: OptionalFile = None
     viewer: bool = False
 
     def run(self) -> int:

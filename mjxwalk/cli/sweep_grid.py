@@ -3,20 +3,22 @@
 import dataclasses
 import itertools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from mjxwalk.cli.evolve import Evolve
-from mjxwalk.cli.parsing import SEEDS
+from mjxwalk.cli.argument_types import SEEDS
+from mjxwalk.cli.evolve_arguments import EvolveArguments
+from mjxwalk.cli.parsing import parse
 from mjxwalk.errors import RunError
+from mjxwalk.sweep import plan as plans
+from mjxwalk.sweep.plan import Plan, Resources
 
 MOST_RUNS = 100_000  # ours: more folders than anybody wants to look at
 LONGEST = 200  # letters of a name before the seed; a file's may have 255
 SEED = "seed-"  # in a name, before the seed
-RESUMED = ("--tensorboard",)  # flags of `evolve` that `resume` needs again
 
 
-def grid(asked: Evolve, seeds: int) -> dict[str, Evolve]:
+def grid(asked: EvolveArguments, seeds: int) -> dict[str, EvolveArguments]:
     """Returns what each run is asked for, by a name that is fit for a folder.
 
     Args:
@@ -45,7 +47,7 @@ def grid(asked: Evolve, seeds: int) -> dict[str, Evolve]:
     _check_paths([path for path, _ in settings])
     names = _short_names([path for path, values in settings if len(values) > 1])
     beginnings: set[str] = set()
-    runs: dict[str, Evolve] = {}
+    runs: dict[str, EvolveArguments] = {}
     for choice in itertools.product(*[values for _, values in settings]):
         chosen = [(path, value) for (path, _), value in zip(settings, choice, strict=True)]
         parts = [f"{names[path]}-{_plain(value)}-" for path, value in chosen if path in names]
@@ -60,10 +62,20 @@ def grid(asked: Evolve, seeds: int) -> dict[str, Evolve]:
     return runs
 
 
-def arguments(asked: Evolve) -> list[str]:
+def make_plan(asked: EvolveArguments, seeds: int, resources: Resources) -> Plan:
+    """Returns the plan of a grid; the arguments are those of `grid`.
+
+    Raises:
+      RunError: as in `grid`, or an argument cannot be kept in a file.
+    """
+    runs = grid(asked, seeds)
+    return plans.make({name: arguments(run) for name, run in runs.items()}, resources)
+
+
+def arguments(asked: EvolveArguments) -> list[str]:
     """Returns the arguments of `mjxwalk evolve` that ask for the same."""
     found = [asked.experiment]
-    for field in dataclasses.fields(Evolve):
+    for field in dataclasses.fields(EvolveArguments):
         value: Any = getattr(asked, field.name)
         if field.name in ("experiment", "set") or value == field.default:
             continue
@@ -76,14 +88,20 @@ def arguments(asked: Evolve) -> list[str]:
     return found
 
 
-def resuming(args: Iterable[str]) -> tuple[str, ...]:
-    """Returns what of a run's arguments it must be told again when it goes on."""
-    return tuple(arg for arg in args if arg in RESUMED)
+def is_of_sweep(args: tuple[str, ...]) -> bool:
+    """Returns whether `arguments` could have made these, for a run in the sweep's own folder.
+
+    Raises:
+      RunError: `mjxwalk evolve` does not take them.
+    """
+    asked = parse("mjxwalk evolve", EvolveArguments, args)
+    leaves = asked.out is not None or asked.distributed or asked.live
+    return not leaves and tuple(arguments(asked)) == args
 
 
-def _only_evolve(asked: Evolve) -> Evolve:
-    return Evolve(
-        **{field.name: getattr(asked, field.name) for field in dataclasses.fields(Evolve)}
+def _only_evolve(asked: EvolveArguments) -> EvolveArguments:
+    return EvolveArguments(
+        **{field.name: getattr(asked, field.name) for field in dataclasses.fields(EvolveArguments)}
     )
 
 

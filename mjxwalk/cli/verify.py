@@ -1,22 +1,14 @@
 """The command `mjxwalk verify`."""
 
 import dataclasses
-from pathlib import Path
-from typing import Annotated, Literal, TypeAlias
+from typing import Literal
 
-import tyro
-
-from mjxwalk import budget, outputs
-from mjxwalk.cli.parsing import OptionalFloat, Seed
+from mjxwalk import budget, outputs, terminal
+from mjxwalk.cli.argument_types import EngineName, OptionalFile, OptionalFloat, Seed, Source
 from mjxwalk.errors import RunError
-from mjxwalk.tournament.command import Source
 
 TERRAINS = 20
-# Folded into the seed's key, it leads away from the keys of runs, tournaments and analyses.
-VERIFY = 0x76657269
 DISAGREES = 1  # exit code
-
-EngineName: TypeAlias = Literal["as-evolved", "auto", "mjx", "lanes", "lanes-xla"]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -40,9 +32,9 @@ class Verify:
     source: Source
     terrains: int = TERRAINS
     seed: Seed = 0
-    engine: EngineName = "as-evolved"
+    engine: EngineName | Literal["as-evolved"] = "as-evolved"
     roughness: OptionalFloat = None
-    json: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    json: OptionalFile = None
 
     def run(self) -> int:
         """Compares, shows what came out, and returns the exit code.
@@ -52,8 +44,8 @@ class Verify:
         """
         self._check()
         from mjxwalk import engines, walkers
-        from mjxwalk.tournament.results import as_json
-        from mjxwalk.verify import comparing, showing
+        from mjxwalk.cli import verify_table
+        from mjxwalk.verify import comparing
 
         engines.prepare()
         walker = walkers.best(self.source)
@@ -64,14 +56,14 @@ class Verify:
                 terrains=self.terrains,
                 seed=self.seed,
                 roughness=self.roughness,
-                say=_say,
+                say=terminal.say,
             )
         except ValueError as error:
             raise RunError(str(error)) from None
-        showing.show(agreement)
+        verify_table.show(agreement)
         if self.json is not None:
-            outputs.write(self.json, as_json(agreement))
-            _say(f"wrote {self.json}")
+            outputs.write(self.json, outputs.as_json(agreement))
+            terminal.say(f"wrote {self.json}")
         return 0 if agreement.agrees else DISAGREES
 
     def _check(self) -> None:
@@ -96,7 +88,3 @@ class Verify:
         if walkers.in_zoo(self.source):
             return zoo.provenance(self.source.removeprefix(walkers.ZOO)).engine
         return runs.load(self.source).manifest.get("engine", "auto")
-
-
-def _say(text: str) -> None:
-    print(text, flush=True)

@@ -1,8 +1,5 @@
-"""A tournament in words: a table on a terminal, plain lines elsewhere, and what to make of it."""
+"""What to make of a tournament's figures, in words."""
 
-import sys
-
-from mjxwalk import terminal
 from mjxwalk.tournament.results import (
     AS_EVOLVED,
     HALF_STEP,
@@ -12,36 +9,10 @@ from mjxwalk.tournament.results import (
     Tournament,
 )
 
-COLUMNS = (
-    "conditions",
-    "trials",
-    "distance (m)",
-    "falls (95 % interval)",
-    "cost of transport",
-    "speed (m/s)",
-    "step (m)",
-    "double stance",
-)
-
 # ours: a gait is another one where the intervals of its fall rates lie farther apart than this, or
 # it gets so much less far or farther; who stands still in the end does not fall.
 MARGIN = 0.03
 DISTANCE_MARGIN = 0.1  # of the usual distance
-
-
-def show(tournament: Tournament, source: str) -> None:
-    """Prints a tournament."""
-    print(_headline(tournament, source))
-    rows = [_row(condition) for condition in tournament.conditions]
-    if sys.stdout.isatty():
-        _show_table(rows)
-    else:
-        widths = [max(map(len, column)) for column in zip(COLUMNS, *rows, strict=True)]
-        for row in (COLUMNS, *rows):
-            first, *rest = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-            print("  " + "  ".join([first, *rest]).rstrip())
-    for remark in remarks(tournament):
-        print(remark)
 
 
 def remarks(tournament: Tournament) -> list[str]:
@@ -59,7 +30,7 @@ def remarks(tournament: Tournament) -> list[str]:
         )
     if PERTURBED in apart:
         found.append(
-            f"the gait hangs on its start: falls {_outcome(usual)} from the usual one, "
+            f"the gait depends on its initial pose: falls {_outcome(usual)} from the usual one, "
             f"{_outcome(apart[PERTURBED])} from {PERTURBED}"
         )
     names = [each.name for each in tournament.conditions if each is not usual]
@@ -88,7 +59,7 @@ def figures(tournament: Tournament) -> str:
         return "no figures"
     line = (
         f"{usual.distance_mean_m:.1f} m, falls {percent(usual.fall_rate)}, "
-        f"cost of transport {_number(usual.cost_of_transport, 2)}"
+        f"cost of transport {number(usual.cost_of_transport, 2)}"
     )
     if half is not None:
         line += f", falls {percent(half.fall_rate)} at half the step"
@@ -112,39 +83,6 @@ def _outcome(condition: Condition) -> str:
     return f"{percent(condition.fall_rate)} ({condition.distance_mean_m:.1f} m)"
 
 
-def _headline(tournament: Tournament, source: str) -> str:
-    winner = f"the winner of {source} is the fittest of generation {tournament.winner_generation}"
-    if tournament.screening_terrains:
-        winner += f", of {tournament.entrants} on {tournament.screening_terrains} terrains"
-    rough = tournament.roughness_m
-    return winner if rough is None else f"{winner}; roughness {rough:g} m"
-
-
-def _row(condition: Condition) -> tuple[str, ...]:
-    low, high = 100 * condition.fall_rate_low, 100 * condition.fall_rate_high
-    share = condition.double_stance
-    return (
-        condition.name,
-        str(condition.trials),
-        f"{condition.distance_mean_m:.2f} ± {condition.distance_sd_m:.2f}",
-        f"{percent(condition.fall_rate)} ({low:.1f} to {high:.1f})",
-        _number(condition.cost_of_transport, 3),
-        _number(condition.speed_m_s, 2),
-        _number(condition.step_length_m, 3),
-        "-" if share is None else percent(share),
-    )
-
-
-def _number(value: float | None, digits: int) -> str:
+def number(value: float | None, digits: int) -> str:
+    """Returns a figure in words."""
     return "-" if value is None else f"{value:.{digits}f}"
-
-
-def _show_table(rows: list[tuple[str, ...]]) -> None:
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False)
-    for place, column in enumerate(COLUMNS):
-        table.add_column(column, justify="left" if place == 0 else "right")
-    for row in rows:
-        table.add_row(*row)
-    terminal.console().print(table)

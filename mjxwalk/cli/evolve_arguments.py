@@ -1,0 +1,156 @@
+"""The arguments of `mjxwalk evolve`, which `mjxwalk sweep` takes too; imports no JAX."""
+
+import dataclasses
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from mjxwalk import experiments, terminal
+from mjxwalk.cli import own_body
+from mjxwalk.cli.argument_types import (
+    CountOrAll,
+    EngineName,
+    NameOrCluster,
+    NumberOrCluster,
+    OptionalFloat,
+    OptionalInt,
+    OptionalName,
+    OutPath,
+    Seed,
+)
+from mjxwalk.cli.following import Following
+from mjxwalk.errors import RunError, near
+from mjxwalk.experiments.scaling import LARGEST
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Together:
+    """Arguments of a run that several processes share, on one machine or many.
+
+    Attributes:
+      distributed: evaluate a part of each population, while the other processes that were given
+        this same command evaluate the others.
+      coordinator: HOST:PORT of the first process; Slurm, Open MPI and TPUs tell it by themselves.
+      processes: how many there are; likewise.
+      process: number of this one, from 0, which writes the run; likewise.
+    """
+
+    distributed: bool = False
+    coordinator: NameOrCluster = None
+    processes: NumberOrCluster = None
+    process: NumberOrCluster = None
+
+    def join(self) -> None:
+        """Waits for the other processes, if there are any.
+
+        Raises:
+          RunError: they cannot be reached.
+        """
+        if self.distributed:
+            from mjxwalk.evolution import team
+
+            team.join(self.coordinator, self.processes, self.process)
+
+    def check_together(self) -> None:
+        """Raises RunError if something is told of other processes, and not that there are any."""
+        for flag in ("coordinator", "processes", "process"):
+            if getattr(self, flag) is not None and not self.distributed:
+                raise RunError(f"--{flag} is for a run of several processes; add --distributed")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class EvolveArguments(Together, Following):
+    """What to evolve, and how.
+
+    Attributes:
+      experiment: what to evolve, an experiment, a study or one of its phases; `mjxwalk list` shows
+        all.
+      seed: of all random numbers; the same seed gives the same run.
+      source: run to start from, its folder or `zoo:NAME`; walkers start around its winner, or go on
+        with its population if that is what the experiment does.
+      scale: factor on populations and generations, for a quick look.
+      generations: exactly so many, also where the experiment has a goal that ends it earlier.
+      strategy: what to evolve with in place of the experiment's own, such as sep-cma-es; it keeps
+        those of its settings that it takes too. `--set strategy.NAME=VALUE` gives it others.
+      population: genotypes a generation.
+      terrains: trials of each genotype, each on a terrain of its own.
+      roughness: step of the random terrain, m.
+      body: MJCF file of a body of your own, or a run that has one; docs/body.md tells what it must
+        hold.
+      links: JSON file with the inputs that each network sees besides its own angle, rate and bias.
+      engine: what runs the trials; auto takes the fastest on this machine.
+      out: folder of the run, new or empty.
+      keep: newest checkpoints that stay on disk, or all.
+      save_every: generations from one checkpoint to the next, 1 or what the experiment asks for; a
+        run resumes to the same bits whatever this is.
+      set: any other setting, such as strategy.sigma=0.1; of a study behind the phase's name, such
+        as fil.strategy.sigma=0.1.
+    """
+
+    experiment: tyro.conf.Positional[Annotated[str, tyro.conf.arg(metavar="EXPERIMENT")]] = (
+        dataclasses.field(default_factory=lambda: experiments.DEFAULT)
+    )
+    seed: Seed = 0
+    source: Annotated[str | None, tyro.conf.arg(name="from", metavar="RUN")] = None
+    scale: float = 1.0
+    generations: OptionalInt = None
+    strategy: OptionalName = None
+    population: OptionalInt = None
+    terrains: OptionalInt = None
+    roughness: OptionalFloat = None
+    body: Annotated[Path | None, tyro.conf.arg(metavar="FILE|RUN")] = None
+    links: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    engine: EngineName = "auto"
+    out: OutPath = None
+    keep: CountOrAll = 20
+    save_every: OptionalInt = None
+    set: Annotated[
+        tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="PATH=VALUE")
+    ] = ()
+
+    def check(self) -> None:
+        """Finds wrong arguments that can be found without the second that importing JAX takes."""
+        self.check_following()
+        self.check_together()
+        known = [*experiments.names(), *experiments.studies()]
+        if self.experiment not in known:
+            raise RunError(f"unknown experiment {self.experiment!r}{near(self.experiment, known)}")
+        for flag in ("generations", "population", "terrains", "keep", "save_every"):
+            value = getattr(self, flag)
+            if isinstance(value, int) and value < 1:
+                raise RunError(f"--{flag.replace('_', '-')} must be at least 1, got {value}")
+        if not 0 < self.scale <= LARGEST:
+            raise RunError(
+                f"--scale must be a number above 0 and at most {LARGEST:g}, got {self.scale}"
+            )
+        if self.body is not None:
+            own_body.check(self.body)
+        for assignment in self.set:
+            if "=" not in assignment:
+                raise RunError(f"--set needs PATH=VALUE, got {assignment!r}")
+            if terminal.has_other_bytes(assignment):
+                raise RunError(f"--set {assignment!r} must be UTF-8 text, to be kept in a file")
+        if self.experiment in experiments.studies():
+            self._check_study()
+
+    def _check_study(self) -> None:
+        phases = ", ".join(experiments.phases(self.experiment))
+        if self.distributed:
+            raise RunError(
+                f"{self.experiment} is a study; --distributed is for one of its phases {phases}"
+            )
+        if self.source is not None:
+            raise RunError(
+                f"{self.experiment} is a study and starts from zero; --from is for one of its "
+                f"phases {phases}"
+            )
+        if self.strategy is not None:
+            raise RunError(
+                f"{self.experiment} is a study; --strategy is for one of its phases {phases}"
+            )
+        if self.generations is not None:
+            raise RunError(
+                f"{self.experiment} is a study whose phases {phases} have generations of their "
+                "own; use --scale, or --set PHASE.generations=NUMBER"
+            )
