@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from mjxwalk.runs import Config, Metrics, Result
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.runs import Metrics, Result
 
 
 @runtime_checkable

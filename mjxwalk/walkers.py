@@ -1,93 +1,38 @@
 """Where walkers come from: a run's folder, or those that ship with mjxwalk as `zoo:NAME`."""
 
-import dataclasses
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from jaxtyping import Int
 
-from mjxwalk import runs, shell, terminal
+from mjxwalk import experiments, runs, shell, terminal, zoo
 from mjxwalk.errors import RunError
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import config, folder
-
-ZOO = "zoo:"  # prefix of a source
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Walkers:
-    """The walkers that a source offers for comparison.
-
-    Attributes:
-      name: of the source, as text to show.
-      experiment: that they evolved in.
-      genotypes: leaves [walker, ...], newest last; numpy.
-      generations: in which each was the fittest.
-    """
-
-    name: str
-    experiment: Any
-    genotypes: Any
-    generations: Int[np.ndarray, " walker"]
-
-    def __len__(self) -> int:
-        return len(self.generations)
-
-    def of_generation(self, generation: int) -> Any:
-        """Returns the genotype of that generation's walker.
-
-        Raises:
-          ValueError: there is none.
-        """
-        places = np.flatnonzero(self.generations == generation)
-        if not places.size:
-            raise ValueError(f"{self.name} has no walker of generation {generation}")
-        import jax
-
-        return jax.tree.map(lambda leaf: leaf[places[-1]], self.genotypes)
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Walker:
-    """One walker.
-
-    Attributes:
-      name: of its source, as text to show.
-      rank: "winner" of a tournament, "champion" of a finished run, or only the "fittest" of the
-        newest generation.
-      experiment: that it evolved in.
-      genotype: its weights; numpy.
-      generation: in which it was the fittest.
-    """
-
-    name: str
-    rank: Literal["winner", "champion", "fittest"]
-    experiment: Any
-    genotype: Any
-    generation: int
+from mjxwalk.tournament import results
+from mjxwalk.tournament.entrants import Entrants
+from mjxwalk.walker import Walker
 
 
 def in_zoo(source: str | Path) -> bool:
     """Returns whether a source is an entry of the zoo, there or not, and not a folder."""
-    return str(source).startswith(ZOO)
+    return str(source).startswith(zoo.PREFIX)
+
+
+def zoo_name(source: str | Path) -> str:
+    """Returns the name of an entry of the zoo without what tells that it is one."""
+    return str(source).removeprefix(zoo.PREFIX)
 
 
 def check(source: str | Path) -> None:
-    """Returns if there is such a source, whatever it holds; quick, as JAX is not imported.
-
-    Raises:
-      RunError: there is none.
-    """
+    """Raises RunError unless there is such a source, whatever it holds; imports no JAX."""
     if in_zoo(source):
-        from mjxwalk import zoo
-
-        zoo.check(str(source).removeprefix(ZOO))
+        zoo.check(zoo_name(source))
     else:
         _check_run(Path(source))
 
 
-def find(source: str | Path) -> Walkers:
+def entrants(source: str | Path) -> Entrants:
     """Returns the elites of a run's last generations, or the one walker of a zoo's entry.
 
     Args:
@@ -101,14 +46,14 @@ def find(source: str | Path) -> Walkers:
     if in_zoo(source):
         walker = best(source)
         alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype)
-        return Walkers(
+        return Entrants(
             name=walker.name,
             experiment=walker.experiment,
             genotypes=alone,
             generations=np.array([walker.generation]),
         )
     run = _load(Path(source))
-    experiment = run.experiment()
+    experiment = experiments.of_run(run)
     generations = run.part("elites")["generation"]
     taken = generations > 0
     arrays = {name: leaf[taken] for name, leaf in run.elites.items()}
@@ -116,7 +61,7 @@ def find(source: str | Path) -> Walkers:
     several = jax.tree.map(
         lambda leaf: jax.ShapeDtypeStruct((size, *leaf.shape), leaf.dtype), experiment.template()
     )
-    return Walkers(
+    return Entrants(
         name=terminal.one_line(str(source)),
         experiment=experiment,
         genotypes=_fitting(run.path, several, arrays),
@@ -135,11 +80,7 @@ def best(source: str | Path) -> Walker:
       RunError: there is no such source, it has no walker yet, or its files are damaged.
     """
     if in_zoo(source):
-        from mjxwalk import zoo
-
-        return zoo.load(str(source).removeprefix(ZOO))
-    from mjxwalk.tournament import results
-
+        return zoo.load(zoo_name(source))
     run = _load(Path(source))
     held = results.read(run.path)
     if held is not None and held.newest_generation == run.generation:
@@ -148,7 +89,7 @@ def best(source: str | Path) -> Walker:
         arrays, rank, generation = run.champion, "champion", run.result.champion.generation
     else:
         arrays, rank, generation = run.elite, "fittest", run.generation
-    experiment = run.experiment()
+    experiment = experiments.of_run(run)
     return Walker(
         name=terminal.one_line(str(source)),
         rank=rank,

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.analysis import style
 from mjxwalk.cli.argument_types import Seed, Source
+from mjxwalk.walker import Walker
 
 AT_ONCE = 100  # trials that are recorded together; ours: less than 300 MB for a run of planar-lpd
 
@@ -59,7 +60,7 @@ class AngleDensity:
         outputs.tell(self.out)
         return 0
 
-    def _recordings(self, walker: walkers.Walker) -> Iterator[Any]:
+    def _recordings(self, walker: Walker) -> Iterator[Any]:
         from mjxwalk.analysis.trials import record_trials
 
         for place, first in enumerate(range(0, self.trials, AT_ONCE)):

@@ -9,7 +9,7 @@ from typing import Any
 from mjxwalk import cli, outputs, walkers
 from mjxwalk.cli.argument_types import Source
 from mjxwalk.runs.npz import npz
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -11,6 +11,7 @@ import tyro
 
 from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.cli.argument_types import Seed
+from mjxwalk.experiments import run_config, study_config
 from mjxwalk.runs import config, study
 
 Sources = tyro.conf.Positional[tuple[Annotated[str, tyro.conf.arg(metavar="RUN|zoo:NAME")], ...]]
@@ -117,9 +118,9 @@ def _phases(source: str) -> dict[str, str]:
     """
     if walkers.in_zoo(source) or not study.is_study(Path(source)):
         walkers.check(source)
-        name = "" if walkers.in_zoo(source) else config.read(Path(source)).experiment.name
+        name = "" if walkers.in_zoo(source) else run_config.read(Path(source)).experiment.name
         return {name.rpartition("/")[2]: source}
-    given = study.read(Path(source))
+    given = study_config.read(Path(source))
     found: dict[str, str] = {}
     for number, (name, _) in enumerate(given.phases):
         folder = given.folder(Path(source), number)

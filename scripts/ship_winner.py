@@ -34,9 +34,8 @@ class ShipWinner:
         Raises:
           RunError: the run has no winner, or the files cannot be written.
         """
-        from mjxwalk import zoo
+        from mjxwalk import shipping, zoo
         from mjxwalk.tournament import remarks
-        from mjxwalk.zoo import shipping
 
         folder = self.zoo or zoo.FOLDER
         shipped = shipping.ship(self.run_folder, self.name, folder, command=self.command)

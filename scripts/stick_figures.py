@@ -11,6 +11,7 @@ import numpy as np
 from mjxwalk import cli, outputs, runs, walkers
 from mjxwalk.analysis import style
 from mjxwalk.cli.argument_types import Seed, Source
+from mjxwalk.walker import Walker
 
 SHORTEST = 0.01  # s between figures; closer ones cannot be told apart
 
@@ -54,7 +55,7 @@ class StickFigures:
         outputs.tell(self.out)
         return 0
 
-    def _draw(self, walker: walkers.Walker) -> Any:
+    def _draw(self, walker: Walker) -> Any:
         import jax
 
         from mjxwalk import engines, replay

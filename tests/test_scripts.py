@@ -17,7 +17,7 @@ from mjxwalk.controllers import LinearReactive, Weights
 from mjxwalk.experiments.rayleigh import RAYLEIGH
 from mjxwalk.experiments.reil import REIL_UNASSISTED
 from mjxwalk.experiments.solomon import PLANAR_FIL
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 

@@ -12,7 +12,9 @@ from rich.console import Console
 from mjxwalk import runs, terminal
 from mjxwalk.cli import main
 from mjxwalk.cli.progress_live import LiveProgress
-from mjxwalk.runs import Config, config, folder
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.runs import config
 
 EVIL = "\x1b[2Jred\x07\x9b31m\u202etxt\r"
 
@@ -54,8 +56,8 @@ def test_list_shows_a_name_with_escape_sequences_in_one_row(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     name = os.fsdecode(b"\x1b[31mred\nfake  finished\xff")
-    folder.create(Path("runs", name), Config(experiment=toy.Toy()))
-    folder.create(Path("runs", "other"), Config(experiment=toy.Toy()))
+    run_config.create(Path("runs", name), Config(experiment=toy.Toy()))
+    run_config.create(Path("runs", "other"), Config(experiment=toy.Toy()))
     data = Path("runs", "other", config.FILE)
     data.write_text(data.read_text().replace('"seed": 0', '"\\u001b[31m": 0'))
     assert main(["list"]) == 0

@@ -9,7 +9,9 @@ import toy
 
 from mjxwalk import cli, runs, tournament, walkers
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, folder, result
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.runs import config, result
 from mjxwalk.runs.npz import npz
 from mjxwalk.runs.result import CHAMPION_FILE, FILE
 from mjxwalk.tournament import Tournament, results
@@ -46,7 +48,7 @@ def held(winner: int, newest: int) -> Tournament:
 
 
 def test_a_run_offers_the_elites_of_its_generations_newest_last() -> None:
-    found = walkers.find("a")
+    found = walkers.entrants("a")
     assert found.generations.tolist() == [1, 2, 3]
     assert len(found) == 3
     for generation in (1, 2, 3):
@@ -57,7 +59,7 @@ def test_a_run_offers_the_elites_of_its_generations_newest_last() -> None:
 
 
 def test_best_is_the_winner_then_the_champion_then_the_fittest_so_far() -> None:
-    found = walkers.find("a")
+    found = walkers.entrants("a")
     tournament.write(Path("a"), held(2, 3), found.of_generation(2))
     winner = walkers.best("a")
     assert (winner.rank, winner.generation) == ("winner", 2)
@@ -75,7 +77,7 @@ def test_best_is_the_winner_then_the_champion_then_the_fittest_so_far() -> None:
 
 
 def test_a_run_that_has_gone_on_since_its_tournament_has_no_winner() -> None:
-    tournament.write(Path("a"), held(1, 2), walkers.find("a").of_generation(1))
+    tournament.write(Path("a"), held(1, 2), walkers.entrants("a").of_generation(1))
     assert walkers.best("a").rank == "champion"
 
 
@@ -85,8 +87,8 @@ def test_a_run_that_has_gone_on_since_its_tournament_has_no_winner() -> None:
 def test_a_source_without_walkers_is_one_sentence(source: str) -> None:
     Path("empty").mkdir()
     for name in ("begun", "several/1-lpd", "several/2-fil"):
-        folder.create(Path(name), runs.Config(experiment=toy.Toy()))
-    folder.create(Path("damaged"), runs.Config(experiment=toy.Toy()))
+        run_config.create(Path(name), Config(experiment=toy.Toy()))
+    run_config.create(Path("damaged"), Config(experiment=toy.Toy()))
     Path("damaged/checkpoints/1").mkdir(parents=True)
     complaint = {
         "nowhere": "nowhere does not exist",
@@ -96,7 +98,7 @@ def test_a_source_without_walkers_is_one_sentence(source: str) -> None:
         "damaged": "damaged has no checkpoint that can be read: .*is damaged",
         "zoo:nobody": "there is no 'nobody' in the zoo",
     }[source]
-    for ask in (walkers.find, walkers.best):
+    for ask in (walkers.entrants, walkers.best):
         with pytest.raises(RunError, match=complaint) as caught:
             ask(source)
         assert "\n" not in str(caught.value)

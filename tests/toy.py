@@ -19,12 +19,14 @@ import pytest
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk import evaluation, experiments, runs, strategies, tournament, walkers
-from mjxwalk.evolution import Goal, runner
+from mjxwalk.evolution import runner
+from mjxwalk.experiments import registry
 from mjxwalk.experiments.experiment import StrategyChoice
+from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.study import Study
+from mjxwalk.experiments.study_config import StudyConfig
 from mjxwalk.rollout import Outcome
-from mjxwalk.runs.study import StudyConfig
 
 GENERATION_STEPS = 100  # physics steps that each trial claims
 
@@ -183,6 +185,7 @@ def _run(genotype: Genotype, terrain: Float[Array, " node"]) -> Outcome:
 
 
 _ZERO = Toy(name="toys/zero")
+TOY = Toy()
 _NEAR = Toy(name="toys/near", start="winner", generations=4)
 STUDY = Study(
     name="toys",
@@ -204,34 +207,9 @@ STUDY = Study(
 )
 
 
-def _names() -> dict[str, str]:
-    phases = {f"toys/{name}": "a phase of the toys" for name, _ in STUDY.phases}
-    return {"toy": "no physics, for tests"} | phases
-
-
-def _get(name: str) -> Toy:
-    if name not in _names():
-        raise ValueError(f"unknown experiment {name!r}")
-    return Toy() if name == "toy" else STUDY.phase(name.partition("/")[2])
-
-
-def _studies() -> dict[str, str]:
-    return {"toys": "three phases without physics"}
-
-
-def _phases(study: str) -> list[str]:
-    assert study == "toys"
-    return [name for name, _ in STUDY.phases]
-
-
-def _get_study(name: str) -> Study:
-    assert name == "toys"
-    return STUDY
-
-
 def hold_tournament(place: Path, study: StudyConfig, say: Callable[[str], None]) -> None:
     """Makes the third youngest elite the winner without a trial."""
-    entrants = walkers.find(place)
+    entrants = walkers.entrants(place)
     winner = int(entrants.generations[-3:][0])
     say(f"the winner is of generation {winner}")
     held = tournament.Tournament(
@@ -249,12 +227,13 @@ def hold_tournament(place: Path, study: StudyConfig, say: Callable[[str], None])
 
 def install(patch: pytest.MonkeyPatch) -> None:
     """Makes the toy and its study the only ones that the command line knows."""
-    patch.setattr(experiments, "names", _names)
-    patch.setattr(experiments, "get", _get)
+    phases = {name: "a phase of the toys" for name, _ in STUDY.phases}
+    toys = registry.Entry("toy", "STUDY", "three phases without physics", phases)
+    patch.setattr(
+        registry, "EXPERIMENTS", {"toy": registry.Entry("toy", "TOY", "no physics, for tests")}
+    )
+    patch.setattr(registry, "STUDIES", {"toys": toys})
     patch.setattr(experiments, "DEFAULT", "toy")
-    patch.setattr(experiments, "studies", _studies)
-    patch.setattr(experiments, "phases", _phases)
-    patch.setattr(experiments, "get_study", _get_study)
     patch.setattr(evaluation, "make_evaluator", ToyEvaluator)
     patch.setattr(runner, "hold_tournament", hold_tournament)
 

@@ -9,8 +9,9 @@ import numpy as np
 from mjxwalk import evaluation
 from mjxwalk.engines import lanes
 from mjxwalk.envs import Terrain
-from mjxwalk.evolution import Evolution, Goal
+from mjxwalk.evolution import Evolution
 from mjxwalk.experiments.experiment import Experiment
+from mjxwalk.experiments.goal import Goal
 
 
 class Evolved:

@@ -12,11 +12,12 @@ from mjxwalk.cli import own_body
 from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.errors import RunError, near
 from mjxwalk.evolution import memory, starting
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.scaling import scaled
+from mjxwalk.experiments.study_config import StudyConfig
 from mjxwalk.fitting import Fitting
-from mjxwalk.runs import Config, files
+from mjxwalk.runs import files
 from mjxwalk.runs.start import Start
-from mjxwalk.runs.study import StudyConfig
 from mjxwalk.settings import override
 from mjxwalk.strategies import carry_over
 

@@ -10,7 +10,7 @@ from mjxwalk.cli.argument_types import OptionalFile, OptionalFloat, Seed, Source
 from mjxwalk.errors import RunError
 
 if TYPE_CHECKING:
-    from mjxwalk.walkers import Walker
+    from mjxwalk.walker import Walker
 
 MAX_SECONDS = 600.0  # ours: ten times the longest trial of an experiment
 NAMES = {  # of files, where none is given
@@ -121,7 +121,7 @@ class Export:
         from mjxwalk import walkers
 
         if walkers.in_zoo(self.source):
-            return Path(f"{self.source.removeprefix(walkers.ZOO)}-{NAMES[self.to]}")
+            return Path(f"{walkers.zoo_name(self.source)}-{NAMES[self.to]}")
         return Path(self.source) / NAMES[self.to]
 
     def _check_out(self, out: Path) -> None:

@@ -38,11 +38,9 @@ def _zoo() -> list[tuple[str, ...]]:
     """Returns each walker's source and its figures."""
     from mjxwalk import zoo
     from mjxwalk.tournament import remarks
-    from mjxwalk.walkers import ZOO
 
-    return [
-        (f"{ZOO}{name}", remarks.figures(zoo.provenance(name).tournament)) for name in zoo.names()
-    ]
+    tournaments = {name: zoo.provenance(name).tournament for name in zoo.names()}
+    return [(f"{zoo.PREFIX}{name}", remarks.figures(held)) for name, held in tournaments.items()]
 
 
 def _describe_all(path: Path) -> list[tuple[str, ...]]:

@@ -7,8 +7,9 @@ from typing import Any
 
 from mjxwalk import terminal
 from mjxwalk.cli.progress_text import Clock, closing, duration, figures, opening
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.progress import Progress
-from mjxwalk.runs import Config, Metrics, Result
+from mjxwalk.runs import Metrics, Result
 
 LINE_INTERVAL = 1.0  # s between plain lines: generations may take milliseconds
 

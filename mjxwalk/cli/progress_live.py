@@ -11,7 +11,8 @@ from rich.text import Text
 
 from mjxwalk import terminal
 from mjxwalk.cli.progress_text import Clock, closing, duration, figures, opening
-from mjxwalk.runs import Config, Metrics, Result
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.runs import Metrics, Result
 
 
 class LiveProgress:

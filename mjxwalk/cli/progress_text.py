@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from mjxwalk import shell
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.fitting import Fitting
-from mjxwalk.runs import Config, Metrics, Result
+from mjxwalk.runs import Metrics, Result
 
 RECENT = 20  # generations that the time left is judged by
 

@@ -95,10 +95,10 @@ class Sweep(EvolveArguments):
 
     def anywhere(self) -> EvolveArguments:
         """Returns what is asked for with whole paths, to be gone on with from any folder."""
-        from mjxwalk.walkers import ZOO
+        from mjxwalk import walkers
 
         source, body, links = self.source, self.body, self.links
-        if source is not None and not source.startswith(ZOO):
+        if source is not None and not walkers.in_zoo(source):
             source = str(Path(source).absolute())
         return dataclasses.replace(
             self,
@@ -118,12 +118,12 @@ class Sweep(EvolveArguments):
         # This process only looks at settings; a GPU is for the runs.
         jax.config.update("jax_platforms", "cpu")
         from mjxwalk.cli.choosing import choose_run
-        from mjxwalk.runs import config
+        from mjxwalk.experiments import run_config
 
         seen: dict[bytes, str] = {}
         for asked in sweep_grid.grid(self, 1).values():
             settings, _ = choose_run(asked)
-            given, content = " ".join(asked.set), config.text(settings)
+            given, content = " ".join(asked.set), run_config.text(settings)
             if content in seen:
                 raise RunError(f"{seen[content]} and {given} are the same run; leave one out")
             seen[content] = given

@@ -13,7 +13,7 @@ from mjxwalk.tournament import TERRAINS
 
 if TYPE_CHECKING:
     from mjxwalk.tournament import Tournament
-    from mjxwalk.walkers import Walkers
+    from mjxwalk.tournament.entrants import Entrants
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ class HoldTournament:
         from mjxwalk.fitting import Fitting
 
         engines.prepare()
-        entrants = walkers.find(self.source)
+        entrants = walkers.entrants(self.source)
         if isinstance(entrants.experiment, Fitting):
             raise RunError(
                 f"{self.source} is a fit, whose figures know no chance, so there is nothing to "
@@ -87,7 +87,7 @@ class HoldTournament:
         elif not walkers.in_zoo(self.source) and self.roughness is None:
             files.check_writable(Path(self.source), "; name a file for the figures with --json")
 
-    def _on_ground(self, entrants: "Walkers") -> "Walkers":
+    def _on_ground(self, entrants: "Entrants") -> "Entrants":
         if self.roughness is None:
             return entrants
         from mjxwalk.settings import override
@@ -97,7 +97,7 @@ class HoldTournament:
         )
         return dataclasses.replace(entrants, experiment=experiment)
 
-    def _write(self, held: "Tournament", entrants: "Walkers", *, elsewhere: bool) -> None:
+    def _write(self, held: "Tournament", entrants: "Entrants", *, elsewhere: bool) -> None:
         from mjxwalk import tournament, walkers
         from mjxwalk.tournament import results
 

@@ -86,5 +86,5 @@ class Verify:
         from mjxwalk import runs, walkers, zoo
 
         if walkers.in_zoo(self.source):
-            return zoo.provenance(self.source.removeprefix(walkers.ZOO)).engine
+            return zoo.provenance(walkers.zoo_name(self.source)).engine
         return runs.load(self.source).manifest.get("engine", "auto")

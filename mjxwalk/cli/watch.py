@@ -151,7 +151,7 @@ class Watch:
         from mjxwalk import walkers
 
         if walkers.in_zoo(self.source):
-            return Path(f"{self.source.removeprefix(walkers.ZOO)}.html")
+            return Path(f"{walkers.zoo_name(self.source)}.html")
         return Path(self.source) / FILE
 
     def _cast(self) -> "Cast":

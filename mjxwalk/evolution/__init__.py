@@ -3,9 +3,9 @@
 from mjxwalk.evolution.elites import Elites
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
 from mjxwalk.evolution.generation import Evolution, RunState
-from mjxwalk.evolution.goal import Goal
 from mjxwalk.evolution.loop import Reporter, evolve
 from mjxwalk.evolution.measuring import Trials
+from mjxwalk.experiments.goal import Goal
 
 __all__ = [
     "Elites",

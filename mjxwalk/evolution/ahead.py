@@ -6,7 +6,7 @@ from concurrent.futures import Future
 from typing import Any
 
 from mjxwalk.engines.pinning import pinned
-from mjxwalk.evolution.goal import Trying
+from mjxwalk.experiments.goal import Trying
 from mjxwalk.rollout import Outcome
 
 

@@ -14,7 +14,7 @@ from jaxtyping import PRNGKeyArray
 from mjxwalk.evolution.elites import Elites
 from mjxwalk.evolution.evolvable import Evolvable
 from mjxwalk.evolution.generation import RunState
-from mjxwalk.evolution.goal import Trying, take
+from mjxwalk.experiments.goal import Trying, take
 from mjxwalk.fitting import Fitting
 from mjxwalk.outcomes import cost_of_transport, over_terrains, speed
 from mjxwalk.runs import Champion

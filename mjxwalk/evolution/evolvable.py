@@ -5,7 +5,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float, PRNGKeyArray
 
-from mjxwalk.evolution.goal import Goal
+from mjxwalk.experiments.goal import Goal
 from mjxwalk.rollout import Outcome
 from mjxwalk.strategies import Strategy
 

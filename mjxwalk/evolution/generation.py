@@ -19,8 +19,8 @@ from mjxwalk.engines.pinning import pinned
 from mjxwalk.evolution import memory
 from mjxwalk.evolution.elites import Elites, fittest
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
-from mjxwalk.evolution.goal import Trying
 from mjxwalk.evolution.measuring import Trials, measure, summarise
+from mjxwalk.experiments.goal import Trying
 from mjxwalk.outcomes import over_terrains
 from mjxwalk.runs import Metrics
 from mjxwalk.runs.start import Start

@@ -15,9 +15,10 @@ from mjxwalk.evolution import champions
 from mjxwalk.evolution.ahead import Ahead
 from mjxwalk.evolution.evolvable import Evaluator
 from mjxwalk.evolution.generation import Evolution, RunState, outer_keys
-from mjxwalk.evolution.goal import Trying
+from mjxwalk.experiments.goal import Trying
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.fitting import Fitting
-from mjxwalk.runs import Config, Interrupted, Metrics, Result, RunError, folder, metrics, result
+from mjxwalk.runs import Interrupted, Metrics, Result, RunError, folder, metrics, result
 from mjxwalk.runs import start as starts
 from mjxwalk.runs.checkpoints import Checkpoints, generations, restore_newest
 from mjxwalk.runs.trees import flatten, unflatten

@@ -6,7 +6,7 @@ from typing import Any
 import jax
 
 from mjxwalk import budget
-from mjxwalk.evolution.goal import NUM_CANDIDATES
+from mjxwalk.experiments.goal import NUM_CANDIDATES
 
 OUTCOME = 32  # bytes of what a trial gives, as many as `Outcome` has
 

@@ -12,11 +12,12 @@ from typing import Any
 from mjxwalk import evaluation, tournament, walkers
 from mjxwalk.engines import pinning
 from mjxwalk.evolution import loop, memory, starting, team
+from mjxwalk.experiments import run_config, study_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.experiments.study_config import StudyConfig
 from mjxwalk.progress import Progress
-from mjxwalk.runs import Config, RunError, config, folder, manifest, result, start
-from mjxwalk.runs import study as studies
+from mjxwalk.runs import RunError, config, folder, manifest, result, start
 from mjxwalk.runs.start import Start
-from mjxwalk.runs.study import StudyConfig
 
 FEWEST_TERRAINS = 20  # ours: of a scaled-down study's tournament
 
@@ -51,7 +52,7 @@ def begin(
         if not team.is_first():
             team.follow(settings, given, evaluator, stopping, _make_finer(settings, evaluator))
             return
-    folder.create(path, settings, given)
+    run_config.create(path, settings, given)
     _go_on(path, settings, evaluator, progress, stopping, is_shared)
 
 
@@ -70,7 +71,7 @@ def resume(
       RunError: the folder holds no run, or it cannot go on.
       Interrupted: the user stopped it.
     """
-    settings = config.read(path)
+    settings = run_config.read(path)
     finished = result.read(path)
     if finished is not None:
         if is_shared and not team.is_first():
@@ -101,7 +102,7 @@ def begin_study(
     for number in range(len(study.phases)):
         settings = study.run(number)
         _evaluator(settings, settings.engine)  # refuses a wrong engine before anything is made
-    studies.create(path, study)
+    study_config.create(path, study)
     resume_study(path, progress, stopping)
 
 
@@ -112,13 +113,13 @@ def resume_study(path: Path, progress: Progress, stopping: Callable[[], bool]) -
       RunError: the folder holds no study, or it cannot go on.
       Interrupted: the user stopped it.
     """
-    study = studies.read(path)
+    study = study_config.read(path)
     with folder.locked(path):
         for number, (name, _) in enumerate(study.phases):
             place = study.folder(path, number)
             is_begun = (place / config.FILE).exists()
             if is_begun:
-                studies.check_phase(path, study, number)
+                study_config.check_phase(path, study, number)
             if not is_begun or result.read(place) is None:
                 progress.say(f"phase {number + 1} of {len(study.phases)}: {name}")
             if not is_begun:
@@ -137,7 +138,7 @@ def hold_tournament(place: Path, study: StudyConfig, say: Callable[[str], None])
     Raises:
       RunError: the run cannot be read, or a file cannot be written.
     """
-    entrants = walkers.find(place)
+    entrants = walkers.entrants(place)
     held = tournament.hold(
         entrants,
         engine=manifest.engine(place, study.engine),

@@ -6,7 +6,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from mjxwalk import runs, terminal, walkers
+from mjxwalk import experiments, runs, terminal, walkers
 from mjxwalk.evolution.evolvable import Evolvable
 from mjxwalk.runs import Run, RunError
 from mjxwalk.runs.config import Origin
@@ -59,7 +59,7 @@ def _around(experiment: Evolvable, genotype: Arrays, source: str | Path) -> Star
 
 def _evolved(experiment: Evolvable, source: str | Path) -> Run:
     """Returns the run whose last population is to be started from."""
-    if str(source).startswith(walkers.ZOO):
+    if walkers.in_zoo(source):
         raise RunError(
             f"{source} is a single walker, and this experiment starts from the whole population "
             "of a run; name a run's folder"
@@ -69,7 +69,7 @@ def _evolved(experiment: Evolvable, source: str | Path) -> Run:
         raise RunError(reason)
     if run.generation == 0:
         raise RunError(f"{source} has not saved a generation yet")
-    _check_kind(experiment, run.experiment(), source)
+    _check_kind(experiment, experiments.of_run(run), source)
     return run
 
 

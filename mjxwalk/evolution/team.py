@@ -19,10 +19,12 @@ from mjxwalk.errors import first_line
 from mjxwalk.evolution import champions, loop
 from mjxwalk.evolution.evolvable import Evaluator
 from mjxwalk.evolution.generation import Evolution, RunState, outer_keys
-from mjxwalk.evolution.goal import Trying
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.goal import Trying
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.fitting import Fitting
 from mjxwalk.rollout import Outcome
-from mjxwalk.runs import Config, Interrupted, RunError, config, packing
+from mjxwalk.runs import Interrupted, RunError, packing
 from mjxwalk.runs.start import Start
 from mjxwalk.runs.trees import flatten, unflatten
 
@@ -132,7 +134,7 @@ def check_same(settings: Config) -> None:
     Raises:
       RunError: they were not.
     """
-    digest = hashlib.blake2b(config.text(settings), digest_size=16).digest()
+    digest = hashlib.blake2b(run_config.text(settings), digest_size=16).digest()
     if len(np.unique(gather(np.frombuffer(digest, np.uint8)), axis=0)) > 1:
         raise RunError("the processes of this run were given different settings; give all the same")
 

@@ -1,174 +1,24 @@
-"""Experiments and studies by name. Naming them is quick: JAX is imported by `get` alone.
+"""What evolves: experiments and studies by name, and what a run's settings make of them."""
 
-A study is a chain of experiments, its phases; a phase is an experiment of its own, STUDY/PHASE.
-"""
+from mjxwalk.experiments.registry import (
+    DEFAULT,
+    get,
+    get_study,
+    names,
+    phases,
+    register,
+    studies,
+)
+from mjxwalk.experiments.stored import from_data, of_run
 
-import importlib
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from mjxwalk.experiments.experiment import Experiment
-    from mjxwalk.experiments.study import Study
-
-__all__ = ["DEFAULT", "get", "get_study", "names", "phases", "studies"]
-
-DEFAULT = "planar-lpd"
-
-
-class _Entry(NamedTuple):
-    module: str
-    attribute: str
-    summary: str
-    phases: Mapping[str, str] = {}  # of a study: what each is
-
-
-_WALK = "local links, from zero, on slightly rough ground"
-_ROUGH = "local links, around the winner of walk, on ever rougher ground"
-_STEADY = "local links, around the mean of rough, for fewer falls"
-_LPD, _FIL = "local links, around the mean of steady", "all links, around the winner of lpd"
-_SIL = "goes on from fil and prunes its links"
-
-_ASSISTED = "pattern generator, its trunk righted, until one walks 20 m"
-_UNASSISTED = "that population goes on without assistance"
-_HOLDING = "and from other starts, with loads and on slopes"
-
-_EXPERIMENTS = {
-    "planar-lpd": _Entry("solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),
-    "planar-fil": _Entry("solomon", "PLANAR_FIL", "planar walker, all links, slightly rough"),
-    "solomon-3d": _Entry("solomon_3d", "SOLOMON_3D", "spatial walker, slightly rough ground"),
-    "reil-unassisted": _Entry(
-        "reil", "REIL_UNASSISTED", "biped with powered hips, pattern generator, no assistance"
-    ),
-    "rayleigh": _Entry("rayleigh", "RAYLEIGH", "four Rayleigh oscillators fitted to human walking"),
-    "rayleigh-harmonic": _Entry(
-        "rayleigh", "RAYLEIGH_HARMONIC", "an oscillator for each harmonic of each leg, likewise"
-    ),
-    "rayleigh-walk": _Entry(
-        "rayleigh_walk", "RAYLEIGH_WALK", "planar walker driven by the fitted oscillators"
-    ),
-}
-_STUDIES = {
-    "reil": _Entry(
-        "reil",
-        "REIL",
-        "Reil & Massey (2001): hips driven by a pattern generator, with assistance and without",
-        {"assisted": _ASSISTED, "unassisted": _UNASSISTED, "steady": _HOLDING},
-    ),
-    "reil-feedback": _Entry(
-        "reil",
-        "REIL_FEEDBACK",
-        "the same, and then with senses in the pattern generator",
-        {
-            "assisted": _ASSISTED,
-            "unassisted": _UNASSISTED,
-            "feedback": "the winner's network with trunk pitch and foot contact, around it",
-        },
-    ),
-    "solomon-2d": _Entry(
-        "solomon",
-        "SOLOMON_2D",
-        "Solomon et al. (2013) in the plane: local links, all links, pruned links",
-        {
-            "walk": _WALK,
-            "rough": _ROUGH,
-            "steady": _STEADY,
-            "lpd": _LPD,
-            "fil": _FIL,
-            "sil": _SIL,
-        },
-    ),
-    "solomon-2d-rsil": _Entry(
-        "solomon",
-        "SOLOMON_2D_RSIL",
-        "the same with the links alone that pruning leaves",
-        {
-            "walk": _WALK,
-            "rough": _ROUGH,
-            "steady": _STEADY,
-            "lpd": _LPD,
-            "rsil": "the links that pruning leaves, around the winner of lpd",
-        },
-    ),
-    "solomon-2d-literal": _Entry(
-        "solomon",
-        "SOLOMON_2D_LITERAL",
-        "the paper's protocol to the letter: its roughness from the first generation",
-        {"lpd": "local links, from zero", "fil": _FIL, "sil": _SIL},
-    ),
-    "solomon-3d-rough": _Entry(
-        "solomon_3d",
-        "SOLOMON_3D_ROUGH",
-        "Solomon et al. (2013) in space: from slightly rough ground to ten times as rough",
-        {
-            "slight": "spatial walker, from zero, on slightly rough ground",
-            "rough": "around the winner of slight, on ever rougher ground",
-        },
-    ),
-    "flame-robust": _Entry(
-        "solomon_3d",
-        "FLAME_ROBUST",
-        "a spatial walker that stays up where the paper's fell",
-        {
-            "slight": "spatial walker, from zero, on slightly rough ground",
-            "rough": "around the winner of slight, on ever rougher ground",
-            "steady": "around the mean of rough, for fewer falls",
-            "robust": "around the mean of steady, finer",
-        },
-    ),
-}
-
-
-def names() -> dict[str, str]:
-    """Returns each experiment's name and what it is, in a line; phases of studies come last."""
-    found = {name: entry.summary for name, entry in _EXPERIMENTS.items()}
-    for study, entry in _STUDIES.items():
-        found |= {f"{study}/{phase}": summary for phase, summary in entry.phases.items()}
-    return found
-
-
-def studies() -> dict[str, str]:
-    """Returns each study's name and what it is, in a line."""
-    return {name: entry.summary for name, entry in _STUDIES.items()}
-
-
-def phases(study: str) -> list[str]:
-    """Returns the names of a study's phases, first to last."""
-    return list(_STUDIES[study].phases)
-
-
-def get(name: str) -> "Experiment":
-    """Returns the experiment of that name.
-
-    Raises:
-      ValueError: there is none; the message names the nearest.
-    """
-    if name in _EXPERIMENTS:
-        return _load(_EXPERIMENTS[name])
-    if name in names():
-        study, _, phase = name.partition("/")
-        return get_study(study).phase(phase)
-    raise ValueError(f"unknown experiment {name!r}: {_hint(name, names())}")
-
-
-def get_study(name: str) -> "Study":
-    """Returns the study of that name.
-
-    Raises:
-      ValueError: there is none; the message names the nearest.
-    """
-    if name not in _STUDIES:
-        raise ValueError(f"unknown study {name!r}: {_hint(name, _STUDIES)}")
-    return _load(_STUDIES[name])
-
-
-def _load(entry: _Entry) -> Any:
-    module = importlib.import_module(f"mjxwalk.experiments.{entry.module}")
-    return getattr(module, entry.attribute)
-
-
-def _hint(name: str, known: Mapping[str, object]) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(name, known, cutoff=0.4)
-    return f"did you mean {' or '.join(near)}?" if near else f"choose from {', '.join(known)}"
+__all__ = [
+    "DEFAULT",
+    "from_data",
+    "get",
+    "get_study",
+    "names",
+    "of_run",
+    "phases",
+    "register",
+    "studies",
+]

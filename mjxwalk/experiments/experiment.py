@@ -12,7 +12,7 @@ from mjxwalk import budget, strategies
 from mjxwalk.controllers import CtrnnWalker, LinearReactive, SpatialReactive
 from mjxwalk.controllers.rayleigh_walker import RayleighWalker
 from mjxwalk.envs import Flame, Planar7, Reil, Terrain, checks
-from mjxwalk.evolution.goal import Goal
+from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.ramp import RoughnessRamp
 from mjxwalk.rollout import Outcome, rollout

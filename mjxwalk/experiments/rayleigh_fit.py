@@ -24,8 +24,8 @@ from mjxwalk.controllers.patterns import (
 )
 from mjxwalk.controllers.rayleigh import Motion
 from mjxwalk.envs import checks
-from mjxwalk.evolution import Goal
 from mjxwalk.experiments.experiment import StrategyChoice
+from mjxwalk.experiments.goal import Goal
 from mjxwalk.gaits import NUM_POINTS, Gait
 from mjxwalk.rollout import Outcome
 

@@ -8,8 +8,8 @@ import dataclasses
 
 from mjxwalk.controllers import CtrnnWalker
 from mjxwalk.envs import Reil, TrialVariation
-from mjxwalk.evolution import Goal
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
+from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.study import Study
 
 MILESTONE = 20.0  # m; section 5

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from mjxwalk import experiments, settings
-from mjxwalk.experiments import own_body
+from mjxwalk.experiments import own_body, study_config
 from mjxwalk.runs import Run, study
 
 
@@ -43,7 +43,7 @@ def _body(experiment: Any) -> str:
 
 
 def _of_study(path: Path) -> str:
-    made = study.read(path)
+    made = study_config.read(path)
     usual = experiments.get_study(made.name).scaled(made.scale)
     words = ["mjxwalk", "evolve", made.name, "--seed", str(made.seed)]
     if made.scale != 1.0:

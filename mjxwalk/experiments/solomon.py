@@ -8,8 +8,8 @@ import dataclasses
 
 from mjxwalk.controllers import LinearReactive
 from mjxwalk.envs import Planar7, RandomWalk
-from mjxwalk.evolution import Goal
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
+from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.ramp import RoughnessRamp
 from mjxwalk.experiments.study import Study

@@ -8,8 +8,8 @@ import dataclasses
 
 from mjxwalk.controllers import SpatialReactive
 from mjxwalk.envs import Flame, SerpentineWalk
-from mjxwalk.evolution import Goal
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
+from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.ramp import RoughnessRamp
 from mjxwalk.experiments.study import Study
 

@@ -11,7 +11,7 @@ from mjxwalk.controllers import LinearReactive, SpatialReactive, linear_reactive
 from mjxwalk.envs import Flame, Planar7, Terrain
 from mjxwalk.errors import RunError
 from mjxwalk.runs.trees import flatten
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 from mjxwalk.watch import bodies
 
 MEMORY = "memory."  # what it remembers may be called like a sense

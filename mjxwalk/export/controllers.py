@@ -13,7 +13,7 @@ from mjxwalk.export import contract, tracing
 from mjxwalk.outputs import as_json
 from mjxwalk.runs.result import npz
 from mjxwalk.runs.trees import flatten
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 
 NEXT = "next."  # in place of MEMORY, of what ONNX gives back to be remembered
 

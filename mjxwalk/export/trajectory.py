@@ -12,7 +12,7 @@ from mjxwalk.envs import Terrain
 from mjxwalk.export import contract
 from mjxwalk.export.sto import Table
 from mjxwalk.settings import override
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 from mjxwalk.watch import bodies, forces
 
 

@@ -7,9 +7,11 @@ from typing import Any
 
 from mjxwalk import runs, settings, shell, terminal, tournament, walkers
 from mjxwalk.errors import RunError
+from mjxwalk.experiments import study_config
+from mjxwalk.experiments.study_config import StudyConfig
 from mjxwalk.runs import config, folder, metrics, study
 from mjxwalk.tournament import Tournament
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -65,7 +67,7 @@ class Source:
     """
 
     path: Path
-    study: study.StudyConfig | None
+    study: StudyConfig | None
     phases: tuple[Phase, ...]
     missing: tuple[str, ...] = ()
 
@@ -88,13 +90,13 @@ def read(path: Path) -> Source:
     """
     if not study.is_study(path):
         return Source(path=path, study=None, phases=(_read_phase(path),))
-    given = study.read(path)
+    given = study_config.read(path)
     phases: list[Phase] = []
     missing: list[str] = []
     for number, (name, _) in enumerate(given.phases):
         place = given.folder(path, number)
         if (place / config.FILE).is_file() and metrics.read(place):
-            study.check_phase(path, given, number)
+            study_config.check_phase(path, given, number)
             phases.append(_read_phase(place, is_between=not given.has_tournament(number)))
         else:
             missing.append(name)

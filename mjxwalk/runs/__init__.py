@@ -6,7 +6,6 @@ from typing import Any
 import numpy.typing as npt
 
 from mjxwalk.errors import Interrupted, RunError
-from mjxwalk.runs.config import Config
 from mjxwalk.runs.metrics import Metrics
 from mjxwalk.runs.reading import Run, load
 from mjxwalk.runs.result import Champion, Result
@@ -25,7 +24,6 @@ def unflatten(template: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
 
 __all__ = [
     "Champion",
-    "Config",
     "Interrupted",
     "Metrics",
     "Result",

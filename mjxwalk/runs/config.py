@@ -1,4 +1,4 @@
-"""All that is needed to repeat a run, as the file `config.json`."""
+"""All that is needed to repeat a run, as plain data in the file `config.json`."""
 
 import dataclasses
 from pathlib import Path
@@ -6,7 +6,6 @@ from typing import Any
 
 import msgspec
 
-from mjxwalk import settings
 from mjxwalk.errors import RunError
 from mjxwalk.runs import files, sealing
 
@@ -22,18 +21,6 @@ UNNAMED = (UNSEALED, 2)
 KEEP = 20
 
 
-# Settings that experiments did not have when older runs were written, and what they did then; a
-# table that is not empty is of a group's settings.
-ADDED: dict[str, Any] = {
-    "start": "zero",
-    "ramp": None,
-    "arena": {},
-    "pruning": None,
-    "goal": {"fine_trials": 0, "fine_factor": 4},
-    "env": {"min_speed": 0.0, "max_lag": 1e9, "body": ""},
-}
-
-
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Origin:
     """Where what a run starts from was taken from; the run itself needs `start.npz` alone.
@@ -47,37 +34,21 @@ class Origin:
     generation: int
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Config:
-    """A run is a function of these on one machine.
+class ConfigFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The content of `config.json`.
 
     Attributes:
-      experiment: a `mjxwalk.experiments.Experiment` or another frozen dataclass with a name; not
-        imported here, since it brings JAX and reading a run does without.
+      schema: version of the file.
+      digest: of all else; the first version had none.
       seed: of all random numbers.
       engine: as asked for, which may be "auto"; the manifest has what it came to.
       keep: newest checkpoints that stay; None keeps all.
       save_every: generations from one checkpoint to the next.
       origin: of what the run starts from; None for zero.
+      start: digest of `start.npz`; None where there is none, and of older versions.
+      experiment: its settings.
     """
 
-    experiment: Any
-    seed: int = 0
-    engine: str = "auto"
-    keep: int | None = KEEP
-    save_every: int = 1
-    origin: Origin | None = None
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.seed < 2**32:
-            raise ValueError(f"seed must be from 0 to {2**32 - 1}, got {self.seed}")
-        for name in ("keep", "save_every"):
-            value = getattr(self, name)
-            if value is not None and not 1 <= value < 2**31:
-                raise ValueError(f"{name} must be from 1 to {2**31 - 1}, got {value}")
-
-
-class _File(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     schema: int
     digest: str | None = None
     seed: int
@@ -89,36 +60,30 @@ class _File(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     experiment: dict[str, Any]
 
 
-def write(folder: Path, config: Config, start: str | None = None) -> None:
+def write(folder: Path, file: ConfigFile) -> None:
     """Writes `config.json`.
 
-    Args:
-      folder: of the run.
-      config: its settings.
-      start: digest of its `start.npz`, None where it has none.
-
     Raises:
-      RunError: the settings would not read back as they are.
+      RunError: a setting is no text, or all of them are too long.
     """
-    try:
-        content = text(config, start)
-    except UnicodeEncodeError:
-        raise RunError(
-            f"experiment {config.experiment.name} has a setting that is no text"
-        ) from None
+    content = text(file)
     if len(content) > files.MOST_JSON:
         raise RunError(f"the settings take {len(content)} bytes, more than {files.MOST_JSON}")
-    if not _reads_back(content, config):
-        raise RunError(
-            f"experiment {config.experiment.name} has a setting that JSON cannot hold, so the run "
-            "could not be repeated; use finite numbers, texts, lists and tables"
-        )
     files.replace(folder, FILE, content)
 
 
-def text(config: Config, start: str | None = None) -> bytes:
-    """Returns the content of `config.json`; the arguments are those of `write`."""
-    return sealing.sealed(_to_file(config, start))
+def text(file: ConfigFile) -> bytes:
+    """Returns the content of `config.json`, with its digest.
+
+    Raises:
+      RunError: a setting is no text.
+    """
+    try:
+        return sealing.sealed(file)
+    except UnicodeEncodeError:
+        raise RunError(
+            f"experiment {file.experiment.get('name')} has a setting that is no text"
+        ) from None
 
 
 def read_data(folder: Path) -> dict[str, Any]:
@@ -127,8 +92,8 @@ def read_data(folder: Path) -> dict[str, Any]:
     Raises:
       RunError: the folder holds no run, or the file is not what a run writes.
     """
-    file, content = _read_file(folder)
-    _check(folder / FILE, file, content)
+    file, content = read(folder)
+    check(folder, file, content)
     data = msgspec.to_builtins(file)
     del data[sealing.DIGEST], data["start"]
     return data
@@ -140,31 +105,15 @@ def start_digest(folder: Path) -> str | None:
     Raises:
       RunError: the folder holds no run, or the file is not what a run writes.
     """
-    return _read_file(folder)[0].start
+    return read(folder)[0].start
 
 
-def read(folder: Path) -> Config:
-    """Returns the settings of a run; they equal those that were written.
+def read(folder: Path) -> tuple[ConfigFile, bytes]:
+    """Returns `config.json` as it was found, which `check` must follow, and its bytes.
 
     Raises:
-      RunError: the folder holds no run, or a setting is unknown, missing or of a wrong type.
+      RunError: the folder holds no run, or the file is not what a run writes.
     """
-    file, content = _read_file(folder)
-    try:
-        config = _from_file(file, None)
-    except (RunError, ValueError) as error:
-        raise RunError(f"{folder / FILE}: {error}") from None
-    # Last: what is wrong with a setting says more.
-    _check(folder / FILE, file, content)
-    return config
-
-
-def _check(path: Path, file: _File, content: bytes) -> None:
-    if file.schema != UNSEALED or file.digest is not None:
-        sealing.check(path, content, needed=True)
-
-
-def _read_file(folder: Path) -> tuple[_File, bytes]:
     path = folder / FILE
     raw = files.read_inside(folder, FILE, files.MOST_JSON)
     if raw is None:
@@ -172,71 +121,10 @@ def _read_file(folder: Path) -> tuple[_File, bytes]:
     schema = files.decode_table(path, raw).get("schema")
     if isinstance(schema, int) and schema not in (*UNNAMED, SCHEMA):
         raise RunError(f"{path} has version {schema} and this mjxwalk reads version {SCHEMA}")
-    return files.decode(path, raw, _File), raw
+    return files.decode(path, raw, ConfigFile), raw
 
 
-def _reads_back(content: bytes, config: Config) -> bool:
-    try:
-        return _from_file(msgspec.json.decode(content, type=_File), config.experiment) == config
-    except RunError:
-        return False
-
-
-def _to_file(config: Config, start: str | None) -> _File:
-    return _File(
-        schema=SCHEMA,
-        seed=config.seed,
-        engine=config.engine,
-        keep=config.keep,
-        save_every=config.save_every,
-        origin=config.origin,
-        start=start,
-        experiment=settings.to_data(config.experiment),
-    )
-
-
-def experiment_of(data: dict[str, Any], defaults: Any = None) -> Any:
-    """Returns an experiment from its settings as plain data; imports JAX.
-
-    Settings that experiments did not have when older runs were written are filled in.
-
-    Args:
-      data: the settings.
-      defaults: an experiment of the same classes; None for the one of that name.
-
-    Raises:
-      RunError: a setting is unknown, missing or of a wrong type.
-      ValueError: there is no experiment of that name.
-    """
-    if defaults is None:
-        from mjxwalk import experiments  # imports JAX, which most of this package does without
-
-        defaults = experiments.get(str(data.get("name")))
-    data = _with_added(data, ADDED, defaults)
-    return settings.from_data(defaults, data, "experiment")
-
-
-def _with_added(data: dict[str, Any], added: dict[str, Any], defaults: Any) -> dict[str, Any]:
-    filled = dict(data)
-    for name, value in added.items():
-        if isinstance(value, dict) and value:
-            if isinstance(data.get(name), dict):
-                filled[name] = _with_added(data[name], value, getattr(defaults, name, None))
-        elif dataclasses.is_dataclass(defaults) and name in _field_names(defaults):
-            filled.setdefault(name, value)
-    return filled
-
-
-def _field_names(settings: Any) -> set[str]:
-    return {field.name for field in dataclasses.fields(settings)}
-
-
-def _from_file(file: _File, defaults: Any) -> Config:
-    return Config(
-        experiment=experiment_of(file.experiment, defaults),
-        seed=file.seed,
-        engine=file.engine,
-        keep=file.keep,
-        save_every=file.save_every,
-        origin=file.origin,
-    )
+def check(folder: Path, file: ConfigFile, content: bytes) -> None:
+    """Raises RunError unless `config.json` is as it was written."""
+    if file.schema != UNSEALED or file.digest is not None:
+        sealing.check(folder / FILE, content, needed=True)

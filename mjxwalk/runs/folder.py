@@ -4,10 +4,12 @@ import datetime
 import itertools
 from pathlib import Path
 
+import msgspec
+
 from mjxwalk import shell
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, files, start, study
-from mjxwalk.runs.config import Config
+from mjxwalk.runs.config import ConfigFile
 from mjxwalk.runs.locking import CHECKPOINTS, LOCK_FILE, check_links, is_locked, locked
 from mjxwalk.runs.start import Start
 
@@ -45,7 +47,7 @@ def check_free(path: Path) -> None:
         raise RunError(f"{path} exists and is not an empty folder; choose another --out")
 
 
-def create(path: Path, settings: Config, given: Start | None = None) -> None:
+def create(path: Path, settings: ConfigFile, given: Start | None) -> None:
     """Makes a run's folder with its `config.json`.
 
     Args:
@@ -54,7 +56,7 @@ def create(path: Path, settings: Config, given: Start | None = None) -> None:
       given: what it starts from; None for zero.
 
     Raises:
-      RunError: the folder is taken, cannot be made, or the settings would not read back.
+      RunError: the folder is taken, or a file cannot be written.
     """
     check_free(path)
     try:
@@ -64,7 +66,8 @@ def create(path: Path, settings: Config, given: Start | None = None) -> None:
     with locked(path):
         check_free(path)  # again: another process may have been as quick
         digest = None if given is None else start.write(path, given)
-        config.write(path, settings, digest)  # last: with it the folder holds a run
+        # Last: with it the folder holds a run.
+        config.write(path, msgspec.structs.replace(settings, start=digest))
 
 
 def check_run(path: Path) -> None:

@@ -23,7 +23,7 @@ class Run:
 
     Attributes:
       path: of its folder.
-      config: `config.json` as plain data; `experiment()` makes the object.
+      config: `config.json` as plain data; `experiments.of_run` makes the experiment of it.
       manifest: `manifest.json`, {} if it was never written.
       metrics: each figure as an array over generations, NaN where it has no value.
       generations: that have a checkpoint.
@@ -84,14 +84,6 @@ class Run:
             return {"value": self.arrays[prefix]}
         start = prefix + "."
         return {k.removeprefix(start): v for k, v in self.arrays.items() if k.startswith(start)}
-
-    def experiment(self) -> Any:
-        """Returns the `mjxwalk.experiments.Experiment` that was run; imports JAX.
-
-        Raises:
-          RunError: this mjxwalk does not know it, or its settings have changed.
-        """
-        return config.read(self.path).experiment
 
     def _array(self, name: str) -> npt.NDArray[Any]:
         if name not in self.arrays:

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from mjxwalk.tournament.entrants import Entrants
 from mjxwalk.tournament.results import Condition, Tournament, read
-from mjxwalk.walkers import Walkers
 
 SCREENING = 20  # section 2.7.3: terrains on which the entrants are compared
 TERRAINS = 1000  # section 2.7.3: further ones on which the winner is reported
@@ -20,7 +20,7 @@ def _silent(text: str) -> None:
 
 
 def hold(
-    entrants: Walkers,
+    entrants: Entrants,
     *,
     engine: str = "auto",
     seed: int = 0,

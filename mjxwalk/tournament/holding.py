@@ -15,9 +15,9 @@ from mjxwalk.outcomes import cost_of_transport
 from mjxwalk.rollout import Outcome
 from mjxwalk.tournament import conditions, steps
 from mjxwalk.tournament.conditions import Setting
+from mjxwalk.tournament.entrants import Entrants
 from mjxwalk.tournament.results import Condition, Tournament
 from mjxwalk.tournament.steps import Steps
-from mjxwalk.walkers import Walkers
 
 # Folded into the seed's key, it leads away from all keys of runs, which fold in generations.
 TOURNAMENT = 0x746F7572
@@ -33,7 +33,7 @@ class Keys(NamedTuple):
 
 @pinned()
 def hold(
-    entrants: Walkers,
+    entrants: Entrants,
     *,
     engine: str,
     seed: int,
@@ -142,7 +142,7 @@ def _parts(terrains: Shaped[Array, "terrain ..."]) -> Iterator[Shaped[Array, "so
         yield terrains[rows[0] : rows[-1] + 1]
 
 
-def _check(entrants: Walkers, *, seed: int, screening: int, terrains: int) -> None:
+def _check(entrants: Entrants, *, seed: int, screening: int, terrains: int) -> None:
     if not len(entrants):
         raise ValueError(f"{entrants.name} has no walkers")
     if not 0 <= seed < 2**32:

@@ -13,7 +13,7 @@ from mjxwalk.fitting import Fitting
 from mjxwalk.settings import override
 from mjxwalk.verify import agreement, bodies, trials
 from mjxwalk.verify.agreement import Agreement
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 
 C_MUJOCO = "C MuJoCo"
 # Folded into the seed's key, it leads away from the keys of runs, tournaments and analyses.

@@ -7,9 +7,11 @@ from typing import Any
 import jax
 import numpy as np
 
-from mjxwalk import runs, terminal, walkers
+from mjxwalk import experiments, runs, terminal, walkers
 from mjxwalk.errors import RunError
 from mjxwalk.runs import checkpoints, folder
+from mjxwalk.tournament.entrants import Entrants
+from mjxwalk.walker import Walker
 
 RANKS = {
     "winner": "winner of the tournament",
@@ -51,7 +53,7 @@ def best(source: str | Path) -> Cast:
     return of_walker(found)
 
 
-def of_walker(found: walkers.Walker) -> Cast:
+def of_walker(found: Walker) -> Cast:
     """Returns a walker alone."""
     return Cast(
         source=found.name,
@@ -101,7 +103,7 @@ def population(source: str | Path, number: int, generation: int | None) -> Cast:
     run = runs.load(path, generation)
     if run.generation == 0:
         raise RunError(f"{source} has not saved a generation yet")
-    experiment = run.experiment()
+    experiment = experiments.of_run(run)
     walkers.check_walks(source, experiment)
     fitness = np.where(np.isfinite(run.fitness), run.fitness, -np.inf)
     chosen = np.argsort(-fitness, kind="stable")[:number]
@@ -150,7 +152,7 @@ class _Known:
 
     source: str | Path
     experiment: Any
-    elites: walkers.Walkers
+    elites: Entrants
     generations: tuple[int, ...]
 
     def genotype(self, generation: int) -> Any:
@@ -165,7 +167,7 @@ class _Known:
 
 
 def _known(source: str | Path) -> _Known:
-    elites = walkers.find(source)
+    elites = walkers.entrants(source)
     walkers.check_walks(source, elites.experiment)
     generations = {int(generation) for generation in elites.generations}
     if not walkers.in_zoo(source):

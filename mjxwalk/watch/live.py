@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 import msgspec
 
 from mjxwalk.errors import RunError, first_line
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.progress import Progress
-from mjxwalk.runs import Config, Metrics, Result
+from mjxwalk.runs import Metrics, Result
 from mjxwalk.watch.serving import NOT_FOUND, Answer, Serving
 
 SECONDS = 10.0  # of a recording; ours: some steps, in a second or two of one core

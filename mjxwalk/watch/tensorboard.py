@@ -13,8 +13,9 @@ from typing import Any
 import msgspec
 
 from mjxwalk.errors import RunError
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.progress import Progress
-from mjxwalk.runs import Config, Metrics, Result, files
+from mjxwalk.runs import Metrics, Result, files
 
 FOLDER = "tensorboard"
 

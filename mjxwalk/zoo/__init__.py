@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from mjxwalk.errors import RunError, near
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 from mjxwalk.zoo import entries
-from mjxwalk.zoo.entries import Provenance
+from mjxwalk.zoo.entries import PREFIX, Provenance
 
 FOLDER = Path(__file__).parent
 
@@ -36,14 +36,10 @@ def load(name: str) -> Walker:
 
 
 def check(name: str) -> None:
-    """Returns if there is a walker of the name.
-
-    Raises:
-      RunError: there is none.
-    """
+    """Raises RunError unless there is a walker of the name."""
     if name not in names():
         hint = near(name, names()) or "; it is empty"
         raise RunError(f"there is no {name!r} in the zoo{hint}")
 
 
-__all__ = ["Provenance", "check", "load", "names", "provenance"]
+__all__ = ["PREFIX", "Provenance", "check", "load", "names", "provenance"]

@@ -6,14 +6,15 @@ from typing import Any
 import msgspec
 import numpy.typing as npt
 
-from mjxwalk import outputs
+from mjxwalk import experiments, outputs
 from mjxwalk.errors import RunError
 from mjxwalk.outputs import as_json
-from mjxwalk.runs import config, files
+from mjxwalk.runs import files
 from mjxwalk.runs.npz import npz, read_npz
-from mjxwalk.tournament import Tournament
-from mjxwalk.walkers import ZOO, Walker
+from mjxwalk.tournament.results import Tournament
+from mjxwalk.walker import Walker
 
+PREFIX = "zoo:"  # of a source that is an entry, and no folder
 SCHEMA = 1  # of the JSON file; raise it when a field changes its meaning
 
 
@@ -81,7 +82,7 @@ def read_walker(folder: Path, name: str) -> Walker:
     provenance = read(folder, name)
     path = folder / f"{name}.json"
     try:
-        experiment = config.experiment_of(provenance.experiment)
+        experiment = experiments.from_data(provenance.experiment)
     except (RunError, ValueError) as error:
         raise RunError(f"{path}: {error}") from None
     arrays = read_npz(folder / f"{name}.npz")
@@ -90,7 +91,7 @@ def read_walker(folder: Path, name: str) -> Walker:
     except RunError as error:
         raise RunError(f"{folder / name}.npz does not fit its experiment: {error}") from None
     return Walker(
-        name=f"{ZOO}{name}",
+        name=f"{PREFIX}{name}",
         rank="winner",
         experiment=experiment,
         genotype=genotype,

@@ -12,9 +12,11 @@ import pytest
 import toy
 from terminal import start, wait_for_lines
 
-from mjxwalk import evaluation, runs
+from mjxwalk import evaluation, experiments, runs
 from mjxwalk.cli import main
 from mjxwalk.cli.commands import COMMANDS
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs import folder
 
 TOY = Path(toy.__file__)
@@ -109,7 +111,7 @@ def test_a_wrong_value_is_named_where_the_terminal_has_letters_of_ascii_only() -
 def test_an_out_in_use_is_refused_and_not_touched(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    folder.create(tmp_path / "a", runs.Config(experiment=toy.Toy()))
+    run_config.create(tmp_path / "a", Config(experiment=toy.Toy()))
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "thesis.tex").touch()
     before = sorted(tmp_path.rglob("*"))
@@ -123,7 +125,7 @@ def test_an_out_in_use_is_refused_and_not_touched(
 def test_a_run_being_worked_on_is_refused(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    folder.create(tmp_path / "a", runs.Config(experiment=toy.Toy()))
+    run_config.create(tmp_path / "a", Config(experiment=toy.Toy()))
     with folder.locked(tmp_path / "a"):
         assert main(["resume", "a"]) == 2
     assert "another process is working on a" in capsys.readouterr().err
@@ -141,7 +143,7 @@ def test_evolve_uses_every_flag_and_tells_what_to_do_next(
     assert "next: mjxwalk report a\n      mjxwalk watch a\n" in captured.out
     run = runs.load("a")
     assert (run.config["seed"], run.config["keep"], run.config["save_every"]) == (4, None, 2)
-    experiment = run.experiment()
+    experiment = experiments.of_run(run)
     assert (experiment.generations, experiment.population_size) == (2, 8)
     assert experiment.terrains_per_evaluation == 3
     assert experiment.env == toy.World(friction=0.8, terrain=toy.Ground(roughness=0.5))
@@ -171,7 +173,7 @@ def test_fine_trials_have_an_evaluator_of_their_own(monkeypatch: pytest.MonkeyPa
 
 def test_list_shows_experiments_and_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["evolve", "--generations", "2"]) == 0
-    folder.create(Path("runs/begun"), runs.Config(experiment=toy.Toy()))
+    run_config.create(Path("runs/begun"), Config(experiment=toy.Toy()))
     Path("runs/other").mkdir()
     capsys.readouterr()
     assert main(["list"]) == 0

@@ -14,7 +14,7 @@ from mjxwalk import experiments, runs
 from mjxwalk.cli import main
 from mjxwalk.controllers import LinearReactive
 from mjxwalk.envs import Planar7, planar7_body
-from mjxwalk.experiments import own_body, repeating
+from mjxwalk.experiments import own_body, repeating, run_config
 from mjxwalk.runs import config
 
 OURS = planar7_body.MODEL_PATH.read_text()
@@ -100,9 +100,9 @@ def test_the_body_of_a_strangers_run_passes_the_same_door(
     name: str, traps: None, capfd: pytest.CaptureFixture[str]
 ) -> None:
     usual = experiments.get("planar-lpd")
-    settings = config.Config(experiment=own_body.with_body(usual, OURS))
+    settings = run_config.Config(experiment=own_body.with_body(usual, OURS))
     Path("run").mkdir()
-    data = msgspec.json.decode(config.text(settings))
+    data = msgspec.json.decode(run_config.text(settings))
     data["experiment"]["env"]["body"] = hostile(OURS, HOSTILE[name])
     del data["digest"], data["schema"]
     sealed = {"schema": config.UNSEALED, **data}
@@ -152,7 +152,7 @@ def test_a_run_with_a_body_goes_on_without_its_file_to_the_same_bits(
     for name, array in plain.arrays.items():
         np.testing.assert_array_equal(array, ours.arrays[name])
     assert not np.array_equal(plain.fitness, child.fitness)
-    again = repeating.command(child, child.experiment())
+    again = repeating.command(child, experiments.of_run(child))
     assert "--body child" in again and "env.body" not in again and "torso_mass" not in again
     for file in ("child.xml", "ours.xml"):
         Path(file).unlink()

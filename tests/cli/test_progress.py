@@ -10,7 +10,8 @@ from rich.console import Console
 from mjxwalk.cli.progress import PlainProgress
 from mjxwalk.cli.progress_live import LiveProgress
 from mjxwalk.cli.progress_text import Clock, count, duration, figures, opening
-from mjxwalk.runs import Champion, Config, Metrics, Result
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.runs import Champion, Metrics, Result
 from mjxwalk.runs.config import Origin
 
 CONFIG = Config(experiment=toy.Toy(), seed=5)

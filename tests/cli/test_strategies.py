@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import toy
 
-from mjxwalk import runs
+from mjxwalk import experiments, runs
 from mjxwalk.cli import main
 
 
@@ -19,7 +19,7 @@ def test_another_strategy_keeps_the_settings_that_it_takes_and_resumes() -> None
     asked = "--strategy sep-cma-es --generations 3 --population 8 --seed 1"
     assert main(["evolve", "toy", *asked.split(), "--out", "a"]) == 0
     run = runs.load("a")
-    experiment = run.experiment()
+    experiment = experiments.of_run(run)
     assert experiment.strategy.name == "sep-cma-es"
     assert experiment.strategy.options == {"sigma": 0.3}
     assert (run.path / "metrics.jsonl").read_text().count('"sigma":') == 3

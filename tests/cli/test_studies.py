@@ -12,12 +12,14 @@ import pytest
 import toy
 from terminal import start, wait_for_lines
 
-from mjxwalk import runs, walkers
+from mjxwalk import experiments, runs, walkers
 from mjxwalk.cli import main
 from mjxwalk.evolution import runner
-from mjxwalk.runs import Config, RunError, config, folder, study
+from mjxwalk.experiments import run_config, study_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.experiments.study_config import StudyConfig
+from mjxwalk.runs import RunError, study
 from mjxwalk.runs import start as starts
-from mjxwalk.runs.study import StudyConfig
 
 PHASES = ("1-zero", "2-near", "3-pruned")
 
@@ -175,7 +177,7 @@ def test_settings_of_a_study_belong_to_its_phases() -> None:
     flags = "--scale 0.5 --population 12 --terrains 1 --roughness 0.3 --keep all --out a"
     more = "--set near.strategy.sigma=0.1 --set pruned.pruning.settle=1"
     assert main(["evolve", "toys", *flags.split(), *more.split()]) == 0
-    settings = study.read(Path("a"))
+    settings = study_config.read(Path("a"))
     zero, near, pruned = (experiment for _, experiment in settings.phases)
     assert settings.scale == 0.5 and settings.keep is None
     assert (zero.generations, near.generations, pruned.generations) == (3, 2, 15)
@@ -184,7 +186,7 @@ def test_settings_of_a_study_belong_to_its_phases() -> None:
         assert each.env.terrain.roughness == 0.3
     assert (zero.strategy.options["sigma"], near.strategy.options["sigma"]) == (0.05, 0.1)
     assert (pruned.pruning.every, pruned.pruning.settle) == (1, 1)
-    assert runs.load("a/2-near").experiment() == near
+    assert experiments.of_run(runs.load("a/2-near")) == near
 
 
 def test_an_experiment_that_starts_from_zero_may_start_from_a_winner(whole: Path) -> None:
@@ -242,7 +244,7 @@ def test_a_study_is_named_where_a_run_is_wanted(
 
 
 def test_a_study_in_a_folder_in_use_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
-    folder.create(Path("a"), Config(experiment=toy.Toy()))
+    run_config.create(Path("a"), Config(experiment=toy.Toy()))
     assert main(["evolve", "toys", "--out", "a"]) == 2
     assert "a already holds a run" in capfd.readouterr().err
     Path("b").mkdir()
@@ -253,8 +255,8 @@ def test_a_study_in_a_folder_in_use_is_refused(capfd: pytest.CaptureFixture[str]
 
 def test_a_study_s_settings_read_back_equal_and_damage_is_one_sentence(tmp_path: Path) -> None:
     settings = StudyConfig(name="toys", phases=toy.STUDY.phases, seed=7, scale=0.5, keep=None)
-    study.create(tmp_path / "a", settings)
-    assert study.read(tmp_path / "a") == settings
+    study_config.create(tmp_path / "a", settings)
+    assert study_config.read(tmp_path / "a") == settings
     file = tmp_path / "a" / study.FILE
     data = json.loads(file.read_text())
     for changes, complaint in (
@@ -271,11 +273,11 @@ def test_a_study_s_settings_read_back_equal_and_damage_is_one_sentence(tmp_path:
     ):
         file.write_bytes(msgspec.json.encode({**data, **changes}))
         with pytest.raises(RunError, match=complaint) as caught:
-            study.read(tmp_path / "a")
+            study_config.read(tmp_path / "a")
         assert "\n" not in str(caught.value)
     file.write_bytes(file.read_bytes()[:30])
     with pytest.raises(RunError, match="cannot be read"):
-        study.read(tmp_path / "a")
+        study_config.read(tmp_path / "a")
 
 
 def test_the_tournament_shrinks_with_the_study(
@@ -302,4 +304,4 @@ HOLD = runner.hold_tournament
 
 
 def test_a_phase_in_a_config_is_found_again(whole: Path) -> None:
-    assert config.read(whole / "2-near").experiment == toy.STUDY.phase("near")
+    assert run_config.read(whole / "2-near").experiment == toy.STUDY.phase("near")

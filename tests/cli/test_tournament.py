@@ -14,7 +14,8 @@ import toy
 
 from mjxwalk import runs, tournament, walkers
 from mjxwalk.cli import main
-from mjxwalk.runs import folder
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs.result import FILE as RESULT
 from mjxwalk.tournament import results
 from mjxwalk.tournament.results import WINNER_FILE
@@ -94,7 +95,7 @@ def test_on_other_ground_the_run_is_left_as_it_is(capfd: pytest.CaptureFixture[s
 def test_wrong_input_is_one_sentence_and_leaves_nothing(
     args: list[str], complaint: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    folder.create(Path("begun"), runs.Config(experiment=toy.Toy()))
+    run_config.create(Path("begun"), Config(experiment=toy.Toy()))
     before = sorted(Path().rglob("*"))
     assert main(["tournament", *args]) == 2
     captured = capfd.readouterr()

@@ -11,6 +11,7 @@ from watch.given import PLANAR
 
 from mjxwalk import cli, experiments, walkers
 from mjxwalk.errors import RunError
+from mjxwalk.walker import Walker
 from mjxwalk.watch import casting
 
 
@@ -109,7 +110,7 @@ def test_a_fit_walks_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
     fit: Any = experiments.get("rayleigh")
     found = dataclasses.replace(walkers.best(PLANAR), experiment=fit)
 
-    def best(_: object) -> walkers.Walker:
+    def best(_: object) -> Walker:
         return found
 
     monkeypatch.setattr(walkers, "best", best)

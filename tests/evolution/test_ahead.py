@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 import toy
 
-from mjxwalk.evolution import Goal, evolve
+from mjxwalk.evolution import evolve
 from mjxwalk.evolution.ahead import Ahead
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.goal import Goal
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.rollout import Outcome
-from mjxwalk.runs import Config, Metrics, folder
+from mjxwalk.runs import Metrics
 
 TOY = toy.Toy()
 POPULATION = jax.tree.map(lambda leaf: np.asarray(leaf)[None], TOY.template())
@@ -79,7 +82,7 @@ def test_a_run_stops_when_its_finer_evaluator_cannot_be_made(tmp_path: Path) -> 
 
     study = toy.Toy(generations=1000, goal=Goal(trials=5, duration=1e9, fine_trials=5))
     config = Config(experiment=study)
-    folder.create(tmp_path / "a", config)
+    run_config.create(tmp_path / "a", config)
     evaluator = toy.ToyEvaluator(study, "auto")
     with pytest.raises(OSError, match="no compiler here"):
         evolve(tmp_path / "a", config, evaluator, Silent(), make_finer=fail)

@@ -16,8 +16,10 @@ from mjxwalk import runs
 from mjxwalk.evolution import Evolution, RunState, evolve
 from mjxwalk.evolution.champions import choose
 from mjxwalk.evolution.elites import Elites
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.rollout import Outcome
-from mjxwalk.runs import Config, Interrupted, Metrics, Result, RunError, checkpoints, folder
+from mjxwalk.runs import Interrupted, Metrics, Result, RunError, checkpoints
 
 # Orbax leaves its asynchronous work lying when a file of a checkpoint is damaged.
 pytestmark = [
@@ -50,7 +52,7 @@ def run(
     stopping: Callable[[], bool] = lambda: False,
 ) -> Result:
     if not path.exists():
-        folder.create(path, settings)
+        run_config.create(path, settings)
     evaluator = toy.ToyEvaluator(settings.experiment, "auto")
     return evolve(path, settings, evaluator, watcher or Watcher(), stopping)
 

@@ -13,6 +13,7 @@ from mjxwalk.controllers.ctrnn_walker import CtrnnWalker
 from mjxwalk.envs import Reil, Terrain
 from mjxwalk.envs.reil import HipTargets, State
 from mjxwalk.envs.reil_trials import usual
+from mjxwalk.experiments import run_config
 from mjxwalk.rollout import rollout
 from mjxwalk.runs import config
 from mjxwalk.runs.trees import flatten
@@ -82,8 +83,8 @@ def test_a_population_goes_on_without_assistance_as_it_was() -> None:
 def test_settings_read_back_from_a_runs_file(tmp_path: Path) -> None:
     for name in ("reil/assisted", "reil/steady", "reil-feedback/feedback"):
         experiment = experiments.get(name)
-        config.write(tmp_path, config.Config(experiment=experiment))
-        assert config.read(tmp_path).experiment == experiment
+        config.write(tmp_path, run_config.to_file(run_config.Config(experiment=experiment)))
+        assert run_config.read(tmp_path).experiment == experiment
 
 
 class Still:

@@ -25,7 +25,7 @@ from mjxwalk.envs import Flame, Planar7, flame, planar7
 from mjxwalk.envs.flame_body import GRAVITY
 from mjxwalk.export import body, contract, controllers, sto, trajectory
 from mjxwalk.runs.trees import flatten
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 
 C_MUJOCO: Any = mujoco
 FIL = LinearReactive(links="all")

@@ -17,7 +17,7 @@ from mjxwalk.runs.metrics import Metrics
 from mjxwalk.runs.result import Champion, Result
 from mjxwalk.tournament import Condition, Tournament
 from mjxwalk.tournament.results import AS_EVOLVED, HALF_STEP
-from mjxwalk.walkers import Walker
+from mjxwalk.walker import Walker
 
 
 def condition(name: str, falls: int, **figures: Any) -> Condition:

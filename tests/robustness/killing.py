@@ -22,7 +22,9 @@ import toy
 
 from mjxwalk import runs
 from mjxwalk.evolution import evolve
-from mjxwalk.runs import Config, Metrics, config, folder, result
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.runs import Metrics, config, folder, result
 
 GENERATIONS = 30
 SETTINGS = Config(experiment=toy.Toy(generations=GENERATIONS), seed=5, keep=2)
@@ -44,9 +46,9 @@ def go_on(path: Path) -> None:
     jax.config.update("jax_compilation_cache_dir", str(path.parent / "compiled"))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     if not (path / config.FILE).exists():
-        folder.create(path, SETTINGS)
+        run_config.create(path, SETTINGS)
     with folder.locked(path):
-        settings = config.read(path)
+        settings = run_config.read(path)
         if result.read(path) is None:
             evolve(path, settings, toy.ToyEvaluator(settings.experiment, "auto"), Silent())
 

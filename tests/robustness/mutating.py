@@ -22,8 +22,10 @@ import toy
 
 from mjxwalk import runs, tournament
 from mjxwalk.evolution import evolve
-from mjxwalk.runs import Config, Metrics, RunError, config, folder, manifest, sealing
-from mjxwalk.runs.study import StudyConfig
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.experiments.study_config import StudyConfig
+from mjxwalk.runs import Metrics, RunError, folder, manifest, sealing
 from mjxwalk.tournament import results
 
 Random = np.random.Generator
@@ -48,7 +50,7 @@ class Silent:
 def make(path: Path, seed: int = 0) -> None:
     """Makes the run that is mutated, and others of its shape."""
     settings = Config(experiment=toy.Toy(), seed=seed, keep=3)
-    folder.create(path, settings)
+    run_config.create(path, settings)
     manifest.write(path, engine="mjx", why="", devices="", settings={})
     evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
     study = StudyConfig(name="toy", phases=(("only", toy.Toy()),))
@@ -184,7 +186,7 @@ class Whole:
 
     def __init__(self, path: Path) -> None:
         self.run = runs.load(path)
-        self.settings = config.read(path)
+        self.settings = run_config.read(path)
         self.held, self.winner = tournament.read(path), _bits(results.read_winner(path))
         self.arrays = {g: _bits(runs.load(path, g).arrays) for g in self.run.generations}
 
@@ -205,7 +207,7 @@ class Whole:
         """
         try:
             loaded = runs.load(path)
-            settings = config.read(path)
+            settings = run_config.read(path)
             held = tournament.read(path)
             winner = self.winner if held is None else _bits(results.read_winner(path))
         except RunError as error:
@@ -243,7 +245,7 @@ class Whole:
             if (path / name).is_file():
                 (path / name).unlink()
         try:
-            settings = config.read(path)
+            settings = run_config.read(path)
             with folder.locked(path):
                 evolve(path, settings, toy.ToyEvaluator(settings.experiment, "auto"), Silent())
             loaded = runs.load(path)

@@ -15,7 +15,9 @@ import toy
 from robustness import killing, mutating
 
 from mjxwalk import runs
-from mjxwalk.runs import Config, RunError, config, files, folder, npz, result
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.runs import RunError, config, files, npz, result
 
 
 @pytest.fixture(autouse=True)
@@ -123,7 +125,7 @@ def test_arrays_of_every_layout_come_back(tmp_path: Path) -> None:
 
 
 def test_json_of_a_million_layers_is_one_sentence(tmp_path: Path) -> None:
-    folder.create(tmp_path / "a", Config(experiment=toy.Toy()))
+    run_config.create(tmp_path / "a", Config(experiment=toy.Toy()))
     (tmp_path / "a" / config.FILE).write_bytes(b'{"schema":' + b"[" * 10**6 + b"]" * 10**6 + b"}")
     with pytest.raises(RunError, match="config.json cannot be read"):
         runs.load(tmp_path / "a")

@@ -16,8 +16,10 @@ from watch import given
 from mjxwalk import runs, tournament, walkers
 from mjxwalk.cli import main
 from mjxwalk.evolution import evolve
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.experiments.study_config import StudyConfig
 from mjxwalk.runs import (
-    Config,
     Metrics,
     RunError,
     checkpoints,
@@ -31,7 +33,6 @@ from mjxwalk.runs import (
     result,
     sealing,
 )
-from mjxwalk.runs.study import StudyConfig
 from mjxwalk.sweep import executors, looking, plan, running
 from mjxwalk.tournament import results
 
@@ -71,7 +72,7 @@ def never_blocked() -> Iterator[None]:
 def make(path: Path, seed: int = 0) -> None:
     """Makes a finished run with a tournament."""
     settings = Config(experiment=toy.Toy(), seed=seed, keep=3)
-    folder.create(path, settings)
+    run_config.create(path, settings)
     manifest.write(path, engine="mjx", why="", devices="", settings={})
     evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
     toy.hold_tournament(path, StudyConfig(name="toy", phases=(("a", toy.Toy()),)), print)
@@ -371,7 +372,7 @@ def test_a_run_of_the_version_before_is_read_and_goes_on(made: Path, run: Path) 
     assert walkers.best(run).rank == "winner"
     for name in (result.FILE, result.CHAMPION_FILE, "checkpoints/6"):
         files.remove(run, name)
-    settings = config.read(run)
+    settings = run_config.read(run)
     evolve(run, settings, toy.ToyEvaluator(settings.experiment, "auto"), Silent())
     champion = (run / result.CHAMPION_FILE).read_bytes()
     assert champion == (made / "one" / result.CHAMPION_FILE).read_bytes()

@@ -19,7 +19,9 @@ import toy
 
 from mjxwalk import runs
 from mjxwalk.evolution import evolve
-from mjxwalk.runs import Config, Metrics, RunError, checkpoints, config, folder, metrics, sealing
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.runs import Metrics, RunError, checkpoints, config, folder, metrics, sealing
 from mjxwalk.runs.checkpoints import Checkpoints
 
 ARRAYS = {
@@ -53,7 +55,7 @@ def toy_installed(monkeypatch: pytest.MonkeyPatch) -> None:
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("runs") / "finished"
     settings = Config(experiment=toy.Toy(), keep=3)
-    folder.create(path, settings)
+    run_config.create(path, settings)
     evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
     return path
 
@@ -69,7 +71,7 @@ def stopped(finished: Path, tmp_path: Path) -> Path:
 
 
 def resume(path: Path) -> list[str]:
-    settings = config.read(path)
+    settings = run_config.read(path)
     silent = Silent()
     evolve(path, settings, toy.ToyEvaluator(settings.experiment, "auto"), silent)
     return silent.said
@@ -243,7 +245,7 @@ def test_a_clock_that_is_put_back_changes_nothing(
     monkeypatch.setattr(time, "time_ns", lambda: next(clock))
     monkeypatch.setattr(time, "time", lambda: next(clock) / 1e9)
     path = tmp_path / "a"
-    folder.create(path, config.read(finished))
+    run_config.create(path, run_config.read(finished))
     resume(path)
     assert state(path) == state(finished)
     assert (runs.load(path).metrics["other_s"] >= 0).all()
@@ -273,9 +275,9 @@ def test_a_time_that_comes_again_gives_another_folder(
 
 def test_of_two_processes_that_begin_in_one_folder_one_is_refused(tmp_path: Path) -> None:
     with folder.locked(tmp_path), pytest.raises(RunError, match="another process is working on"):
-        folder.create(tmp_path, Config(experiment=toy.Toy()))
+        run_config.create(tmp_path, Config(experiment=toy.Toy()))
     assert not (tmp_path / config.FILE).exists()
-    folder.create(tmp_path, Config(experiment=toy.Toy()))
+    run_config.create(tmp_path, Config(experiment=toy.Toy()))
 
 
 def test_a_killed_process_leaves_no_lock(tmp_path: Path) -> None:

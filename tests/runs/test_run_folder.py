@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import toy
 
-from mjxwalk import runs
+from mjxwalk import experiments, runs
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs import (
     Champion,
-    Config,
     Metrics,
     Result,
     RunError,
@@ -57,8 +58,8 @@ def edit_config(path: Path, **changes: object) -> None:
 
 def test_config_reads_back_equal(tmp_path: Path) -> None:
     settings = Config(experiment=TOY, seed=3, engine="mjx", keep=None, save_every=2)
-    folder.create(tmp_path / "a", settings)
-    assert config.read(tmp_path / "a") == settings
+    run_config.create(tmp_path / "a", settings)
+    assert run_config.read(tmp_path / "a") == settings
 
 
 @pytest.mark.parametrize(
@@ -78,15 +79,15 @@ def test_config_reads_back_equal(tmp_path: Path) -> None:
 def test_a_wrong_config_is_one_sentence(
     tmp_path: Path, changes: dict[str, object], complaint: str
 ) -> None:
-    folder.create(tmp_path / "a", Config(experiment=TOY))
+    run_config.create(tmp_path / "a", Config(experiment=TOY))
     edit_config(tmp_path / "a", **changes)
     with pytest.raises(RunError, match=complaint) as caught:
-        config.read(tmp_path / "a")
+        run_config.read(tmp_path / "a")
     assert "\n" not in str(caught.value)
 
 
 def test_a_truncated_config_is_one_sentence(tmp_path: Path) -> None:
-    folder.create(tmp_path / "a", Config(experiment=TOY))
+    run_config.create(tmp_path / "a", Config(experiment=TOY))
     file = tmp_path / "a" / config.FILE
     file.write_bytes(file.read_bytes()[:50])
     with pytest.raises(RunError, match="cannot be read"):
@@ -96,11 +97,11 @@ def test_a_truncated_config_is_one_sentence(tmp_path: Path) -> None:
 def test_a_setting_that_would_not_read_back_is_refused(tmp_path: Path) -> None:
     endless = toy.Toy(env=toy.World(friction=float("inf")))
     with pytest.raises(RunError, match="experiment"):
-        folder.create(tmp_path / "a", Config(experiment=endless))
+        run_config.create(tmp_path / "a", Config(experiment=endless))
 
 
 def test_a_folder_in_use_is_refused(tmp_path: Path) -> None:
-    folder.create(tmp_path / "a", Config(experiment=TOY))
+    run_config.create(tmp_path / "a", Config(experiment=TOY))
     with pytest.raises(RunError, match="already holds a run"):
         folder.check_free(tmp_path / "a")
     (tmp_path / "b").mkdir()
@@ -178,11 +179,11 @@ def test_loading_what_is_no_run_is_one_sentence(tmp_path: Path, name: str) -> No
 
 
 def test_a_run_that_only_began_can_be_loaded(tmp_path: Path) -> None:
-    folder.create(tmp_path / "a", Config(experiment=TOY))
+    run_config.create(tmp_path / "a", Config(experiment=TOY))
     run = runs.load(tmp_path / "a")
     assert run.generation == 0
     assert run.result is None
     assert run.champion == {}
-    assert run.experiment() == TOY
+    assert experiments.of_run(run) == TOY
     with pytest.raises(RunError, match="no checkpoint"):
         _ = run.fitness

@@ -13,9 +13,11 @@ import toy
 from mjxwalk import runs, walkers
 from mjxwalk.evolution import Evolution, evolve
 from mjxwalk.evolution.starting import prepare
+from mjxwalk.experiments import run_config
 from mjxwalk.experiments.pruning import Pruning
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.scaling import scaled
-from mjxwalk.runs import Config, Metrics, RunError, config, folder, start
+from mjxwalk.runs import Metrics, RunError, config, folder, start
 from mjxwalk.runs.config import Origin
 from mjxwalk.runs.start import Start
 from mjxwalk.runs.trees import flatten
@@ -47,7 +49,7 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         toy.install(patch)
         settings = Config(experiment=TOY)
-        folder.create(path, settings)
+        run_config.create(path, settings)
         evolve(path, settings, toy.ToyEvaluator(TOY, "auto"), Silent())
     return path
 
@@ -59,7 +61,7 @@ def begin(experiment: Any, given: Start | None, seed: int = 0) -> Any:
 def test_a_start_reads_back_to_the_same_bits(tmp_path: Path) -> None:
     fitness = np.array([1.0, np.nan], np.float32)
     written = Start({"a.b": np.ones(3)}, {"mask": np.array(True)}, fitness)
-    folder.create(tmp_path, Config(experiment=TOY), written)
+    run_config.create(tmp_path, Config(experiment=TOY), written)
     read = start.read(tmp_path)
     np.testing.assert_equal(read, written)
     assert read.elite_fitness.tobytes() == fitness.tobytes()
@@ -68,7 +70,7 @@ def test_a_start_reads_back_to_the_same_bits(tmp_path: Path) -> None:
 def test_a_missing_or_damaged_start_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="lacks start.npz"):
         start.read(tmp_path)
-    folder.create(tmp_path, Config(experiment=TOY))
+    run_config.create(tmp_path, Config(experiment=TOY))
     (tmp_path / start.FILE).write_bytes(b"PK\x03\x04 and no more")
     with pytest.raises(RunError, match="start.npz is damaged"):
         start.read(tmp_path)
@@ -77,7 +79,7 @@ def test_a_missing_or_damaged_start_is_one_sentence(tmp_path: Path) -> None:
 def test_a_start_of_another_run_is_refused(tmp_path: Path) -> None:
     for name, value in (("a", 1.0), ("b", 2.0)):
         given = Start({"gain": np.full(3, value)}, {}, np.zeros(0))
-        folder.create(tmp_path / name, Config(experiment=TOY), given)
+        run_config.create(tmp_path / name, Config(experiment=TOY), given)
     (tmp_path / "b" / start.FILE).replace(tmp_path / "a" / start.FILE)
     with pytest.raises(RunError, match="start.npz is not the file that its run wrote"):
         start.read(tmp_path / "a")
@@ -178,7 +180,7 @@ def test_a_source_that_does_not_fit_is_one_sentence(
 def test_a_source_without_a_population_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="zoo:any is a single walker"):
         prepare(GOING_ON, "zoo:any")
-    folder.create(tmp_path / "a", Config(experiment=TOY))
+    run_config.create(tmp_path / "a", Config(experiment=TOY))
     for experiment in (NEAR, GOING_ON):
         with pytest.raises(RunError, match="a has not saved a generation yet"):
             prepare(experiment, tmp_path / "a")
@@ -202,7 +204,7 @@ def test_older_runs_without_the_newer_settings_can_be_read(tmp_path: Path) -> No
     import json
 
     path = tmp_path / "a"
-    folder.create(path, Config(experiment=TOY))
+    run_config.create(path, Config(experiment=TOY))
     data = json.loads((path / config.FILE).read_text())
     data["schema"] = config.UNSEALED
     del data["digest"], data["origin"]
@@ -211,4 +213,4 @@ def test_older_runs_without_the_newer_settings_can_be_read(tmp_path: Path) -> No
     for name in ("fine_trials", "fine_factor"):
         del data["experiment"]["goal"][name]
     (path / config.FILE).write_text(json.dumps(data))
-    assert config.read(path) == Config(experiment=TOY)
+    assert run_config.read(path) == Config(experiment=TOY)

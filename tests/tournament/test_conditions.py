@@ -9,9 +9,9 @@ import pytest
 from mjxwalk import experiments, tournament
 from mjxwalk.envs import Planar7
 from mjxwalk.tournament import conditions
+from mjxwalk.tournament.entrants import Entrants
 from mjxwalk.tournament.perturbed import DRAWS
 from mjxwalk.tournament.results import AS_EVOLVED, HALF_STEP, PAPERS_STEP, PERTURBED
-from mjxwalk.walkers import Walkers
 
 LPD = experiments.get("planar-lpd")
 SHORT = dataclasses.replace(LPD, env=dataclasses.replace(LPD.env, max_time=0.3))
@@ -40,7 +40,7 @@ def test_conditions_differ_in_what_they_are_named_for_only() -> None:
 @pytest.mark.slow  # compiles the physics four times
 def test_a_planar_walker_is_tried_under_all_conditions() -> None:
     weights = jax.tree.map(lambda leaf: np.zeros((1, *leaf.shape), np.float32), SHORT.template())
-    still = Walkers(name="still", experiment=SHORT, genotypes=weights, generations=np.array([1]))
+    still = Entrants(name="still", experiment=SHORT, genotypes=weights, generations=np.array([1]))
     held = tournament.hold(still, engine="lanes", terrains=10)
     assert [each.trials for each in held.conditions] == [10, 10, 2, 10]
     usual, half, papers, started = (each.distance_mean_m for each in held.conditions)

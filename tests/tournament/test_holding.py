@@ -12,8 +12,8 @@ from mjxwalk import cli, evaluation, tournament, walkers
 from mjxwalk.evolution.generation import outer_keys
 from mjxwalk.rollout import Outcome
 from mjxwalk.tournament import holding
+from mjxwalk.tournament.entrants import Entrants
 from mjxwalk.tournament.results import AS_EVOLVED
-from mjxwalk.walkers import Walkers
 
 TOY = toy.Toy(env=toy.World(terrain=toy.Ground(roughness=0.1)))
 
@@ -33,10 +33,10 @@ def grounds(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return seen
 
 
-def entrants(*off: float) -> Walkers:
+def entrants(*off: float) -> Entrants:
     """Returns walkers whose bias is so far from the best one, of generations 11, 12, ..."""
     gain = np.ones((len(off), 2, 3), np.float32)
-    return Walkers(
+    return Entrants(
         name="some",
         experiment=TOY,
         genotypes=toy.Genotype(gain, np.float32(1) + np.array(off, np.float32)),  # type: ignore[arg-type]
@@ -93,7 +93,7 @@ def test_terrains_of_the_run_of_screening_and_of_reporting_have_nothing_in_commo
     assert cli.main(["evolve", "--seed", "0", "--out", str(tmp_path / "a")]) == 0
     run = np.concatenate(grounds)
     grounds.clear()
-    tournament.hold(walkers.find(tmp_path / "a"), seed=0, screening=7, terrains=11)
+    tournament.hold(walkers.entrants(tmp_path / "a"), seed=0, screening=7, terrains=11)
     held = np.concatenate(grounds[:2])
     assert grounds[0].shape[0] == 7
     # The same terrains under all conditions, so that figures can be compared.

@@ -20,9 +20,10 @@ from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.rollout import Outcome
 from mjxwalk.verify import agreement, bodies, comparing, laws, trials
 from mjxwalk.verify.agreement import Agreement
+from mjxwalk.walker import Walker
 
 
-def shorter(name: str, **rules: Any) -> walkers.Walker:
+def shorter(name: str, **rules: Any) -> Walker:
     """Returns a walker of the zoo whose trials end early."""
     walker = walkers.best(f"zoo:{name}")
     tried = walker.experiment.tried()

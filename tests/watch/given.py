@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from mjxwalk import runs, walkers
+from mjxwalk import walkers
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs import folder
 from mjxwalk.runs.checkpoints import Checkpoints
 from mjxwalk.runs.trees import flatten
@@ -52,7 +54,7 @@ def make_run(path: Path, generations: tuple[int, ...] = (3, 4, 5), elites: int =
     """
     walker = walkers.best(PLANAR)
     experiment = walker.experiment
-    folder.create(path, runs.Config(experiment=experiment, seed=0))
+    run_config.create(path, Config(experiment=experiment, seed=0))
     with Checkpoints(path / folder.CHECKPOINTS) as checkpoints:
         for generation in generations:
             best = of_generation(walker.genotype, generation)

@@ -17,7 +17,9 @@ import pytest
 import toy
 from watch import given
 
-from mjxwalk.runs import Config, Metrics, config
+from mjxwalk.experiments import run_config
+from mjxwalk.experiments.run_config import Config
+from mjxwalk.runs import Metrics
 from mjxwalk.watch import bodies, live, recording, serving, tensorboard
 from mjxwalk.watch.casting import Cast
 from mjxwalk.watch.grounds import Ground
@@ -86,7 +88,7 @@ def test_the_newest_walker_is_served_on_localhost(
     given.make_run(run)
     inner = Said()
     shown = live.Live(inner, port=0)
-    shown.start(run, config.read(run), None)
+    shown.start(run, run_config.read(run), None)
     assert inner.told == ["start", f"watch it walk: {shown.address}"]
     assert b"first generation is not there yet" in get(shown.address)[1]
     assert get(f"{shown.address}news?after=-1") == (204, b"")
@@ -194,7 +196,7 @@ def test_a_page_that_cannot_be_served_or_drawn_leaves_the_run_alone(
     monkeypatch.setattr(recording, "perform", fails)
     inner = Said()
     shown = live.Live(inner, port=0)
-    shown.start(tmp_path / "run", config.read(tmp_path / "run"), None)
+    shown.start(tmp_path / "run", run_config.read(tmp_path / "run"), None)
     shown.generation(line(5))
     until = time.monotonic() + 60
     while len(inner.told) < 4 and time.monotonic() < until:
@@ -210,7 +212,7 @@ def test_a_page_that_cannot_be_served_or_drawn_leaves_the_run_alone(
     monkeypatch.setattr(serving, "create_server", refuses)
     inner = Said()
     shown = live.Live(inner, port=0)
-    shown.start(tmp_path / "run", config.read(tmp_path / "run"), None)
+    shown.start(tmp_path / "run", run_config.read(tmp_path / "run"), None)
     shown.generation(line(5))
     shown.close()
     assert inner.told[1] == (

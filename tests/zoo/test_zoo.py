@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 import toy
 
-from mjxwalk import cli, experiments, runs, walkers, zoo
+from mjxwalk import cli, experiments, runs, shipping, walkers, zoo
 from mjxwalk.cli import main
 from mjxwalk.errors import RunError
 from mjxwalk.runs.npz import read_npz
 from mjxwalk.runs.result import FILE as RESULT
 from mjxwalk.runs.result import npz
-from mjxwalk.zoo import entries, shipping
+from mjxwalk.zoo import entries
 
 MOST_BYTES = 1 << 16  # of a file that ships; a walker with all links has 193 numbers
 
@@ -56,7 +56,7 @@ def test_a_winner_that_ships_comes_back_with_its_provenance(house: Path) -> None
     assert shipped.generation == winner.generation
     for one, other in zip(winner.genotype, shipped.genotype, strict=True):
         np.testing.assert_array_equal(one, other)
-    found = walkers.find("zoo:toy-two")
+    found = walkers.entrants("zoo:toy-two")
     assert found.generations.tolist() == [winner.generation]
     np.testing.assert_array_equal(found.genotypes.gain[0], winner.genotype.gain)
     told = zoo.provenance("toy-two")
@@ -71,7 +71,7 @@ def test_the_command_that_is_told_makes_the_same_run_again(house: Path) -> None:
     assert program == "mjxwalk"
     assert main([*args, "--out", "again"]) == 0
     again = runs.load("again")
-    assert again.experiment() == runs.load("a").experiment()
+    assert experiments.of_run(again) == experiments.of_run(runs.load("a"))
     assert again.config == runs.load("a").config
 
 

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from toy import Toy, ToyEvaluator
 
-from mjxwalk.evolution import Evolution, Goal, evolve
+from mjxwalk.evolution import Evolution, evolve
 from mjxwalk.experiments.experiment import StrategyChoice
+from mjxwalk.experiments.goal import Goal
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.rollout import Outcome
-from mjxwalk.runs import Config, Metrics, folder
+from mjxwalk.runs import Metrics, folder
 from mjxwalk.runs.checkpoints import restore_newest
 
 

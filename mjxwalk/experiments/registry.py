@@ -1,0 +1,198 @@
+"""Experiments and studies by name. Naming them is quick: JAX is imported by `get` alone.
+
+A study is a chain of experiments, its phases; a phase is an experiment of its own, STUDY/PHASE.
+"""
+
+import importlib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from mjxwalk.experiments.experiment import Experiment
+    from mjxwalk.experiments.study import Study
+
+DEFAULT = "planar-lpd"
+
+
+class Entry(NamedTuple):
+    """Where an experiment or a study is, from this package, and what it is in a line."""
+
+    module: str
+    attribute: str
+    summary: str
+    phases: Mapping[str, str] = {}  # of a study: what each is
+
+
+_WALK = "local links, from zero, on slightly rough ground"
+_ROUGH = "local links, around the winner of walk, on ever rougher ground"
+_STEADY = "local links, around the mean of rough, for fewer falls"
+_LPD, _FIL = "local links, around the mean of steady", "all links, around the winner of lpd"
+_SIL = "goes on from fil and prunes its links"
+
+_ASSISTED = "pattern generator, its trunk righted, until one walks 20 m"
+_UNASSISTED = "that population goes on without assistance"
+_HOLDING = "and from other starts, with loads and on slopes"
+
+EXPERIMENTS = {
+    "planar-lpd": Entry(".solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),
+    "planar-fil": Entry(".solomon", "PLANAR_FIL", "planar walker, all links, slightly rough"),
+    "solomon-3d": Entry(".solomon_3d", "SOLOMON_3D", "spatial walker, slightly rough ground"),
+    "reil-unassisted": Entry(
+        ".reil",
+        "REIL_UNASSISTED",
+        "biped with powered hips, pattern generator, no assistance",
+    ),
+    "rayleigh": Entry(".rayleigh", "RAYLEIGH", "four Rayleigh oscillators fitted to human walking"),
+    "rayleigh-harmonic": Entry(
+        ".rayleigh", "RAYLEIGH_HARMONIC", "an oscillator for each harmonic of each leg, likewise"
+    ),
+    "rayleigh-walk": Entry(
+        ".rayleigh_walk", "RAYLEIGH_WALK", "planar walker driven by the fitted oscillators"
+    ),
+}
+STUDIES = {
+    "reil": Entry(
+        ".reil",
+        "REIL",
+        "Reil & Massey (2001): hips driven by a pattern generator, with assistance and without",
+        {"assisted": _ASSISTED, "unassisted": _UNASSISTED, "steady": _HOLDING},
+    ),
+    "reil-feedback": Entry(
+        ".reil",
+        "REIL_FEEDBACK",
+        "the same, and then with senses in the pattern generator",
+        {
+            "assisted": _ASSISTED,
+            "unassisted": _UNASSISTED,
+            "feedback": "the winner's network with trunk pitch and foot contact, around it",
+        },
+    ),
+    "solomon-2d": Entry(
+        ".solomon",
+        "SOLOMON_2D",
+        "Solomon et al. (2013) in the plane: local links, all links, pruned links",
+        {
+            "walk": _WALK,
+            "rough": _ROUGH,
+            "steady": _STEADY,
+            "lpd": _LPD,
+            "fil": _FIL,
+            "sil": _SIL,
+        },
+    ),
+    "solomon-2d-rsil": Entry(
+        ".solomon",
+        "SOLOMON_2D_RSIL",
+        "the same with the links alone that pruning leaves",
+        {
+            "walk": _WALK,
+            "rough": _ROUGH,
+            "steady": _STEADY,
+            "lpd": _LPD,
+            "rsil": "the links that pruning leaves, around the winner of lpd",
+        },
+    ),
+    "solomon-2d-literal": Entry(
+        ".solomon",
+        "SOLOMON_2D_LITERAL",
+        "the paper's protocol to the letter: its roughness from the first generation",
+        {"lpd": "local links, from zero", "fil": _FIL, "sil": _SIL},
+    ),
+    "solomon-3d-rough": Entry(
+        ".solomon_3d",
+        "SOLOMON_3D_ROUGH",
+        "Solomon et al. (2013) in space: from slightly rough ground to ten times as rough",
+        {
+            "slight": "spatial walker, from zero, on slightly rough ground",
+            "rough": "around the winner of slight, on ever rougher ground",
+        },
+    ),
+    "flame-robust": Entry(
+        ".solomon_3d",
+        "FLAME_ROBUST",
+        "a spatial walker that stays up where the paper's fell",
+        {
+            "slight": "spatial walker, from zero, on slightly rough ground",
+            "rough": "around the winner of slight, on ever rougher ground",
+            "steady": "around the mean of rough, for fewer falls",
+            "robust": "around the mean of steady, finer",
+        },
+    ),
+}
+
+
+# Experiments of others, by name; of this process alone.
+_REGISTERED: dict[str, "Experiment"] = {}
+
+
+def register(experiment: "Experiment") -> None:
+    """Makes an experiment known by its name, in this process.
+
+    Its runs are then read back with its classes, and every command works on them. A run's folder
+    only names its experiment and can register nothing.
+
+    Raises:
+      ValueError: an experiment or a study has that name already.
+    """
+    name = experiment.name
+    if name in STUDIES or (name in names() and name not in _REGISTERED):
+        raise ValueError(f"there is an experiment or a study {name!r} already; choose another name")
+    _REGISTERED[name] = experiment
+
+
+def names() -> dict[str, str]:
+    """Returns each experiment's name and what it is, in a line; phases of studies come last."""
+    found = {name: entry.summary for name, entry in EXPERIMENTS.items()}
+    found |= {name: "registered by this program" for name in _REGISTERED}
+    for study, entry in STUDIES.items():
+        found |= {f"{study}/{phase}": summary for phase, summary in entry.phases.items()}
+    return found
+
+
+def studies() -> dict[str, str]:
+    """Returns each study's name and what it is, in a line."""
+    return {name: entry.summary for name, entry in STUDIES.items()}
+
+
+def phases(study: str) -> list[str]:
+    """Returns the names of a study's phases, first to last."""
+    return list(STUDIES[study].phases)
+
+
+def get(name: str) -> "Experiment":
+    """Returns the experiment of that name.
+
+    Raises:
+      ValueError: there is none; the message names the nearest.
+    """
+    if name in _REGISTERED:
+        return _REGISTERED[name]
+    if name in EXPERIMENTS:
+        return _load(EXPERIMENTS[name])
+    if name in names():
+        study, _, phase = name.partition("/")
+        return get_study(study).phase(phase)
+    raise ValueError(f"unknown experiment {name!r}: {_hint(name, names())}")
+
+
+def get_study(name: str) -> "Study":
+    """Returns the study of that name.
+
+    Raises:
+      ValueError: there is none; the message names the nearest.
+    """
+    if name not in STUDIES:
+        raise ValueError(f"unknown study {name!r}: {_hint(name, STUDIES)}")
+    return _load(STUDIES[name])
+
+
+def _load(entry: Entry) -> Any:
+    module = importlib.import_module(entry.module, "mjxwalk.experiments")
+    return getattr(module, entry.attribute)
+
+
+def _hint(name: str, known: Mapping[str, object]) -> str:
+    import difflib
+
+    near = difflib.get_close_matches(name, known, cutoff=0.4)
+    return f"did you mean {' or '.join(near)}?" if near else f"choose from {', '.join(known)}"

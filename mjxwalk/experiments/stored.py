@@ -1,0 +1,66 @@
+"""Settings of experiments as plain data, as runs store them, of this version and of older ones."""
+
+import dataclasses
+from typing import Any
+
+from mjxwalk import settings
+from mjxwalk.errors import RunError
+from mjxwalk.experiments import registry
+from mjxwalk.runs import Run, config
+
+# Settings that experiments did not have when older runs were written, and what they did then; a
+# table that is not empty is of a group's settings.
+ADDED: dict[str, Any] = {
+    "start": "zero",
+    "ramp": None,
+    "arena": {},
+    "pruning": None,
+    "goal": {"fine_trials": 0, "fine_factor": 4},
+    "env": {"min_speed": 0.0, "max_lag": 1e9, "body": ""},
+}
+
+
+def of_run(run: Run) -> Any:
+    """Returns the experiment of a run; imports JAX.
+
+    Raises:
+      RunError: this mjxwalk does not know it, or its settings have changed.
+    """
+    try:
+        return from_data(run.config["experiment"])
+    except (RunError, ValueError) as error:
+        raise RunError(f"{run.path / config.FILE}: {error}") from None
+
+
+def from_data(data: dict[str, Any], defaults: Any = None) -> Any:
+    """Returns an experiment from its settings as plain data; imports JAX.
+
+    Settings that experiments did not have when older runs were written are filled in.
+
+    Args:
+      data: the settings.
+      defaults: an experiment of the same classes; None for the one of that name.
+
+    Raises:
+      RunError: a setting is unknown, missing or of a wrong type.
+      ValueError: there is no experiment of that name.
+    """
+    if defaults is None:
+        defaults = registry.get(str(data.get("name")))
+    data = _with_added(data, ADDED, defaults)
+    return settings.from_data(defaults, data, "experiment")
+
+
+def _with_added(data: dict[str, Any], added: dict[str, Any], defaults: Any) -> dict[str, Any]:
+    filled = dict(data)
+    for name, value in added.items():
+        if isinstance(value, dict) and value:
+            if isinstance(data.get(name), dict):
+                filled[name] = _with_added(data[name], value, getattr(defaults, name, None))
+        elif dataclasses.is_dataclass(defaults) and name in _field_names(defaults):
+            filled.setdefault(name, value)
+    return filled
+
+
+def _field_names(settings: Any) -> set[str]:
+    return {field.name for field in dataclasses.fields(settings)}
