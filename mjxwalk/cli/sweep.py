@@ -11,7 +11,7 @@ from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.errors import Interrupted, RunError
 from mjxwalk.runs.folder import RUNS
 from mjxwalk.sweep import plan as plans
-from mjxwalk.sweep.executors import LEAST_GB
+from mjxwalk.sweep.jobs import LEAST_GB
 from mjxwalk.sweep.plan import Plan, Resources
 
 

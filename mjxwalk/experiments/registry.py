@@ -3,7 +3,9 @@
 A study is a chain of experiments, its phases; a phase is an experiment of its own, STUDY/PHASE.
 """
 
+import dataclasses
 import importlib
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -122,19 +124,27 @@ STUDIES = {
 
 
 # Experiments of others, by name; of this process alone.
-_REGISTERED: dict[str, "Experiment"] = {}
+_REGISTERED: dict[str, Any] = {}
 
 
-def register(experiment: "Experiment") -> None:
+def register(experiment: Any) -> None:
     """Makes an experiment known by its name, in this process.
 
     Its runs are then read back with its classes, and every command works on them. A run's folder
     only names its experiment and can register nothing.
 
+    Args:
+      experiment: an `Experiment`, or another frozen dataclass with all that the evolution needs.
+
     Raises:
-      ValueError: an experiment or a study has that name already.
+      ValueError: it is no dataclass, its name is not one for a folder, or another experiment or a
+        study has that name.
     """
-    name = experiment.name
+    name = str(getattr(experiment, "name", ""))
+    if not dataclasses.is_dataclass(experiment) or isinstance(experiment, type):
+        raise ValueError(f"an experiment must be a frozen dataclass, got {experiment!r}")
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}", name):
+        raise ValueError(f"name must be letters, digits, dots and hyphens, got {name!r}")
     if name in STUDIES or (name in names() and name not in _REGISTERED):
         raise ValueError(f"there is an experiment or a study {name!r} already; choose another name")
     _REGISTERED[name] = experiment

@@ -8,9 +8,9 @@ from typing import Any
 
 from mjxwalk import installing
 from mjxwalk.errors import RunError, first_line
-from mjxwalk.sweep.executors import GIGABYTE, Job
+from mjxwalk.sweep.jobs import GIGABYTE, Job, Main
 from mjxwalk.sweep.plan import Resources
-from mjxwalk.sweep.worker import Main, work
+from mjxwalk.sweep.worker import work
 
 WAITING = 20.0  # s for a cluster to answer; ours: one that is there takes one or two
 TRY = "import ray, sys; ray.init(address=sys.argv[1], log_to_driver=False)"

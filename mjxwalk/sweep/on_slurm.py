@@ -7,9 +7,9 @@ from typing import Any
 
 from mjxwalk import installing
 from mjxwalk.errors import RunError, first_line
-from mjxwalk.sweep.executors import Job
+from mjxwalk.sweep.jobs import Job, Main
 from mjxwalk.sweep.plan import Resources
-from mjxwalk.sweep.worker import Main, work
+from mjxwalk.sweep.worker import work
 
 FOLDER = "slurm"  # in the sweep's: submitit's own, which nothing of ours reads
 MOST_JOBS = 1000  # ours: waiting at a time; a queue of Slurm has a limit

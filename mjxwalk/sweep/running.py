@@ -11,10 +11,9 @@ from mjxwalk import shell
 from mjxwalk.errors import Interrupted, RunError
 from mjxwalk.runs import files, folder
 from mjxwalk.sweep import executors
-from mjxwalk.sweep.executors import Executor, Handle, Job
+from mjxwalk.sweep.jobs import Executor, Handle, Job, Main
 from mjxwalk.sweep.looking import Look, look
 from mjxwalk.sweep.plan import LOGS, Plan, PlannedRun, resuming
-from mjxwalk.sweep.worker import Main
 
 State = Literal["waiting", "running", "finished", "failed", "stopped"]
 INTERVAL = 0.25  # s between looks

@@ -5,11 +5,13 @@ import io
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeAlias
 
-Main: TypeAlias = Callable[[Sequence[str]], int]
+from mjxwalk.runs import config, folder
+from mjxwalk.sweep import jobs
+from mjxwalk.sweep.jobs import Main
+from mjxwalk.sweep.plan import resuming
 
 WAITING = 600.0  # s for a process before us, whose machine was lost, to let go of the run
 
@@ -32,13 +34,9 @@ def work(
       cores: for the threads of the lanes engine.
       memory_gb: that it may take; None for no limit.
     """
-    from mjxwalk.sweep import executors
-    from mjxwalk.sweep.plan import resuming
-
-    os.environ[executors.THREADS] = str(cores)
+    os.environ[jobs.THREADS] = str(cores)
     if memory_gb is not None:
-        executors.limit_memory(os.getpid(), _taken_gb() + memory_gb)
-    from mjxwalk.runs import config, folder
+        jobs.limit_memory(os.getpid(), _taken_gb() + memory_gb)
 
     place = Path(path)
     deadline = time.monotonic() + WAITING
@@ -46,7 +44,7 @@ def work(
         time.sleep(1.0)
     if (place / config.FILE).is_file():  # begun before: by a job that was cut short, say
         args = ("resume", path, *resuming(args))
-    log_file = io.BufferedWriter(executors.open_log(Path(log)))
+    log_file = io.BufferedWriter(jobs.open_log(Path(log)))
     with io.TextIOWrapper(
         log_file, encoding="utf-8", errors="backslashreplace", line_buffering=True
     ) as said:

@@ -33,7 +33,7 @@ from mjxwalk.runs import (
     result,
     sealing,
 )
-from mjxwalk.sweep import executors, looking, plan, running
+from mjxwalk.sweep import jobs, looking, plan, running
 from mjxwalk.tournament import results
 
 SECONDS = 60  # after which something blocks
@@ -234,7 +234,7 @@ def test_a_sweep_with_a_link_in_it_is_refused(
     assert f"{path / place} is a link" in capsys.readouterr().err
     if place.startswith("logs"):
         with pytest.raises(RunError, match="is a link"):
-            executors.open_log(path / "logs" / "seed-0.log")
+            jobs.open_log(path / "logs" / "seed-0.log")
     assert state(outside) == before
 
 
@@ -292,7 +292,7 @@ def test_a_log_that_is_a_pipe_blocks_no_sweep(tmp_path: Path) -> None:
     reason = running.__dict__["_last_line"](log)
     assert reason.startswith("it said nothing")
     with pytest.raises(RunError, match="could not be"):
-        executors.open_log(log)
+        jobs.open_log(log)
     os.mkfifo(tmp_path / ".lock")
     assert not folder.is_locked(tmp_path)
     with pytest.raises(RunError, match="it is no plain file"), folder.locked(tmp_path):

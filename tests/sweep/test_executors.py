@@ -14,8 +14,9 @@ import toy
 from mjxwalk.cli import main
 from mjxwalk.cli.evolve import Evolve
 from mjxwalk.cli.sweep_grid import make_plan
-from mjxwalk.sweep import executors, on_ray, plan, worker
-from mjxwalk.sweep.executors import Job, Local
+from mjxwalk.sweep import jobs, local, on_ray, plan, worker
+from mjxwalk.sweep.jobs import Job
+from mjxwalk.sweep.local import Local
 
 FAKE = Path(__file__).with_name("fake.py")
 LOG = Path("s/logs/seed-0.log")
@@ -25,7 +26,7 @@ LOG = Path("s/logs/seed-0.log")
 def in_new_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     toy.install(monkeypatch)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(executors, "PROGRAM", (sys.executable, str(FAKE)))
+    monkeypatch.setattr(local, "PROGRAM", (sys.executable, str(FAKE)))
 
 
 def told(name: str, place: str = "s") -> list[dict[str, Any]]:
@@ -62,7 +63,7 @@ def test_a_run_that_a_killed_sweep_left_over_is_waited_for() -> None:
     job = Job("seed-0", ("evolve", "toy", "--out", "s/seed-0"), Path("s/seed-0"), LOG)
     code = f"import time; time.sleep(2); exec(open({str(FAKE)!r}).read())"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(executors, "PROGRAM", (sys.executable, "-c", code))
+        patch.setattr(local, "PROGRAM", (sys.executable, "-c", code))
         left = Local(plan.Resources(), 1).start(job)
     assert left is not None and not Path("s/seed-0").exists()  # not even its folder is locked yet
     assert Local(plan.Resources(), 1).start(job) is None
@@ -76,19 +77,19 @@ def test_a_clusters_process_gets_the_memory_of_a_run_on_top_of_what_it_has(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     limits: list[float] = []
-    monkeypatch.setattr(executors, "limit_memory", lambda _, most: limits.append(most))
-    monkeypatch.setattr(executors, "THREADS", "MJXWALK_TESTS_THREADS")
+    monkeypatch.setattr(jobs, "limit_memory", lambda _, most: limits.append(most))
+    monkeypatch.setattr(jobs, "THREADS", "MJXWALK_TESTS_THREADS")
     taken = bytes(300_000_000)
     Path("logs").mkdir()
     assert worker.work(main, ["evolve", "--nonsense"], "s", "logs/s.log", 1, 0.5) == 2
-    assert limits[0] > 0.5 + len(taken) / executors.GIGABYTE
+    assert limits[0] > 0.5 + len(taken) / jobs.GIGABYTE
     assert "unrecognized options" in Path("logs/s.log").read_text()
 
 
 def test_a_run_that_cannot_be_started_is_told_of(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(executors, "PROGRAM", ("/nowhere/python",))
+    monkeypatch.setattr(local, "PROGRAM", ("/nowhere/python",))
     assert main(["sweep", "toy", "--seeds", "2", "--out", "s"]) == 2
     captured = capsys.readouterr()
     assert "2 failed" in captured.out

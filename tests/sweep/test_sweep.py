@@ -24,7 +24,7 @@ from mjxwalk.cli.sweep_grid import is_of_sweep, make_plan
 from mjxwalk.engines.lanes import cache
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, folder, sealing
-from mjxwalk.sweep import executors, looking, plan
+from mjxwalk.sweep import local, looking, plan
 
 FAKE = Path(__file__).with_name("fake.py")
 
@@ -33,7 +33,7 @@ FAKE = Path(__file__).with_name("fake.py")
 def in_new_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     toy.install(monkeypatch)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(executors, "PROGRAM", (sys.executable, str(FAKE)))
+    monkeypatch.setattr(local, "PROGRAM", (sys.executable, str(FAKE)))
 
 
 def told(name: str, place: str = "s") -> list[dict[str, Any]]:
@@ -172,10 +172,10 @@ def test_ctrl_c_stops_the_runs_and_says_how_to_go_on() -> None:
     code = f"""
 import sys, signal, pytest, toy
 from mjxwalk.cli import main
-from mjxwalk.sweep import executors
+from mjxwalk.sweep import local
 signal.signal(signal.SIGINT, signal.default_int_handler)
 toy.install(pytest.MonkeyPatch())
-executors.PROGRAM = (sys.executable, {str(FAKE)!r})
+local.PROGRAM = (sys.executable, {str(FAKE)!r})
 sys.exit(main(["sweep", "toy", "--seeds", "2", "--set", "strategy.sigma=20", "--out", "s"]))
 """
     environment = {**os.environ, "PYTHONPATH": str(Path(toy.__file__).parent)}
