@@ -1,31 +1,45 @@
 """Bodies, ground and the rules of a trial, simulated with MuJoCo MJX; everything for one walker."""
 
+from mjxwalk.envs.anatomy import Anatomy
+from mjxwalk.envs.bodies import BODIES, Flame, Planar7, Reil
+from mjxwalk.envs.bodies.reil_state import HipTargets
+from mjxwalk.envs.bodies.reil_trials import TrialVariation
 from mjxwalk.envs.contact import ContactForce, SoftContact
-from mjxwalk.envs.flame import Flame
 from mjxwalk.envs.joint_stop import JointStop, StopTorque
+from mjxwalk.envs.legged import LeggedEnv
+from mjxwalk.envs.mjcf_env import MjcfEnv
 from mjxwalk.envs.motor import Action
-from mjxwalk.envs.planar7 import Observation, Planar7, State
-from mjxwalk.envs.reil import HipTargets, Reil
-from mjxwalk.envs.reil_trials import TrialVariation
+from mjxwalk.envs.observation import PlanarObservation, SpatialObservation
+from mjxwalk.envs.state import State
 from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.terrain import RandomWalk, Terrain
+from mjxwalk.envs.trial import TRIAL_AXES, Trial, Trials, TrialState
 from mjxwalk.envs.velocity_motor import VelocityMotor
 
 __all__ = [
+    "BODIES",
+    "TRIAL_AXES",
     "Action",
+    "Anatomy",
     "ContactForce",
     "Flame",
     "HipTargets",
     "JointStop",
-    "Observation",
+    "LeggedEnv",
+    "MjcfEnv",
+    "PlanarObservation",
     "Planar7",
     "RandomWalk",
     "Reil",
     "SerpentineWalk",
     "SoftContact",
+    "SpatialObservation",
     "State",
     "StopTorque",
     "Terrain",
+    "Trial",
+    "TrialState",
     "TrialVariation",
+    "Trials",
     "VelocityMotor",
 ]

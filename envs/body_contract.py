@@ -2,10 +2,6 @@
 
 from typing import NamedTuple
 
-from mjxwalk.envs._mujoco import mujoco
-
-SLIDE, HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
-
 
 class Joint(NamedTuple):
     """A joint that a body must have.

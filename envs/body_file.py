@@ -11,7 +11,8 @@ import numpy as np
 
 from mjxwalk.envs import body_legs, body_xml
 from mjxwalk.envs._mujoco import compiled, mjx, mujoco, refusing
-from mjxwalk.envs.body_contract import HINGE, SLIDE, Contract, Link
+from mjxwalk.envs.anatomy import HINGE, SLIDE
+from mjxwalk.envs.body_contract import Contract, Link
 
 CLOSE = 1e-6  # of m, kg, rad; ours: what MuJoCo's own writer rounds to
 

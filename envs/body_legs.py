@@ -3,12 +3,12 @@
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.anatomy import MIRROR
 from mjxwalk.envs.body_contract import Contract
-from mjxwalk.envs.motor import Limits, Springs
-
-MIRROR = np.diag([1.0, -1.0, 1.0])
+from mjxwalk.envs.motor import Springs
 
 
 def check_joints(model: Any, contract: Contract) -> None:
@@ -162,10 +162,9 @@ def torque_limits(model: Any, joint: int) -> tuple[float, float]:
     return float(lowest), float(highest)
 
 
-def limits(model: Any, joints: list[int]) -> Limits | None:
-    """Returns the limits of motors on these joints; None if none is limited."""
-    found = np.array([torque_limits(model, joint) for joint in joints], np.float32)
-    return Limits(found[:, 0], found[:, 1]) if np.isfinite(found).any() else None
+def torque_limits_of(model: Any, joints: list[int]) -> Float[np.ndarray, "motor 2"]:
+    """Returns the least and greatest torque of motors on these joints, N m."""
+    return np.array([torque_limits(model, joint) for joint in joints])
 
 
 def springs(model: Any, joints: list[list[int]]) -> Springs | None:

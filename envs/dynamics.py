@@ -79,33 +79,6 @@ def point_velocity(data: Any, body: int, offset: Float[Array, "3"]) -> Float[Arr
     return translation + jnp.cross(rotation, offset)
 
 
-def acceleration(
-    model: Model,
-    data: Any,
-    generalized_force: Float[Array, " nv"],
-    added_inertia: Float[Array, " nv"],
-    loads: dict[int, list[PointLoad]],
-    coupling: Float[np.ndarray, "nv coordinate"] | None = None,
-) -> Float[Array, " coordinate"]:
-    """Returns qacc under gravity, generalised forces and loads on points of bodies.
-
-    Args:
-      model: the body.
-      data: what `forward` returned.
-      generalized_force: N or N m, one for each degree of freedom.
-      added_inertia: on the mass matrix's diagonal, kg or kg m^2.
-      loads: for each body's id, its loads.
-      coupling: qvel as a constant matrix times fewer, independent rates, whose accelerations are
-        then returned; None where every degree of freedom is independent. By d'Alembert's principle
-        it projects forces and mass matrix, and what couples the joints needs no force of its own.
-    """
-    mass_matrix, force = equations(model, data, generalized_force, added_inertia, loads)
-    if coupling is not None:
-        tied = jnp.asarray(coupling)
-        mass_matrix, force = tied.T @ mass_matrix @ tied, tied.T @ force
-    return solve(mass_matrix, force)
-
-
 def equations(
     model: Model,
     data: Any,
@@ -113,7 +86,15 @@ def equations(
     added_inertia: Float[Array, " nv"],
     loads: dict[int, list[PointLoad]],
 ) -> tuple[Float[Array, "nv nv"], Float[Array, " nv"]]:
-    """Returns mass matrix and force whose quotient `acceleration` is, for those who need both."""
+    """Returns mass matrix and force whose quotient is qacc, under gravity, forces and point loads.
+
+    Args:
+      model: the body.
+      data: what `forward` returned.
+      generalized_force: N or N m, one for each degree of freedom.
+      added_inertia: on the mass matrix's diagonal, kg or kg m^2.
+      loads: for each body's id, its loads.
+    """
     force = generalized_force - data.qfrc_bias
     inertia = data._impl.cinert
     for body, body_loads in loads.items():
@@ -124,6 +105,28 @@ def equations(
         force += _moves(model, body) * (data.cdof @ wrench)
     data = mjx.crb(model.mjx, data.tree_replace({"_impl.cinert": inertia}))
     return mjx.full_m(model.mjx, data) + jnp.diag(added_inertia), force
+
+
+def coupled(
+    mass_matrix: Float[Array, "nv nv"],
+    force: Float[Array, " nv"],
+    coupling: Float[np.ndarray, "nv coordinate"] | None,
+) -> tuple[Float[Array, "coordinate coordinate"], Float[Array, " coordinate"]]:
+    """Returns mass matrix and force of fewer, independent coordinates.
+
+    By d'Alembert's principle the coupling projects both, and what couples the joints needs no force
+    of its own.
+
+    Args:
+      mass_matrix: of the degrees of freedom.
+      force: on them, N or N m.
+      coupling: qvel as a constant matrix times the rates of the coordinates; None where every
+        degree of freedom is independent.
+    """
+    if coupling is None:
+        return mass_matrix, force
+    tied = jnp.asarray(coupling)
+    return tied.T @ mass_matrix @ tied, tied.T @ force
 
 
 def solve(matrix: Float[Array, "n n"], right: Float[Array, " n"]) -> Float[Array, " n"]:

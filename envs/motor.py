@@ -6,8 +6,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from mjxwalk.envs.joint_stop import StopTorque
-
 
 class Action(NamedTuple):
     """Each motor gives torque + stiffness (target - angle) - damping rate.
@@ -123,29 +121,17 @@ def given(
 
 
 def sprung(
-    springs: Springs | None,
+    springs: Springs,
     angle: Float[Array, " joint"],
     rate: Float[Array, " joint"],
     *,
     ahead: float,
-) -> Drive | None:
-    """Returns what passive springs and dampers do in a step, likewise; None if there are none."""
-    if springs is None:
-        return None
+) -> Drive:
+    """Returns what passive springs and dampers do in a step, as `driven` does of motors."""
     off_rest = springs.rest - angle - ahead * rate
     inertia = ahead * (springs.damping + ahead * springs.stiffness)
     push = jnp.asarray(springs.stiffness * off_rest - springs.damping * rate)
     return Drive(push, jnp.asarray(inertia))
-
-
-def total(
-    drive: Drive, stop: StopTorque, passive: Drive | None
-) -> tuple[Float[Array, " joint"], Float[Array, " joint"]]:
-    """Returns the joints' torque, N m, and its implicit part as inertia, kg m^2."""
-    torque, inertia = drive.torque + stop.torque, drive.added_inertia + stop.added_inertia
-    if passive is None:
-        return torque, inertia
-    return torque + passive.torque, inertia + passive.added_inertia
 
 
 def _beyond(asked: Float[Array, " joint"], limits: Limits) -> Bool[Array, " joint"]:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, UInt32
 
 from mjxwalk.envs import checks, edge
-from mjxwalk.envs.terrain import Terrain
+from mjxwalk.envs.terrain import Patch, Terrain, nodes_along
 
 FILTER_SIDE = 5  # nodes; Appendix A
 MARGIN = FILTER_SIDE // 2  # nodes that the filter takes off every edge
@@ -73,10 +73,24 @@ class SerpentineWalk:
         ]
         return jnp.concatenate(sheets)[:num]
 
+    def patch(self, heights: Any, x: tuple[float, float], y: tuple[float, float], /) -> Patch:
+        """Returns the part of one ground between two corners; it goes on mirrored across."""
+        heights = np.asarray(heights)
+        first, along = nodes_along(self.start, self.spacing, x, heights.shape[0])
+        middle = 0.5 * (heights.shape[1] - 1)
+        low = int(np.floor(y[0] / self.spacing + middle))
+        rows = np.arange(low, int(np.ceil(y[1] / self.spacing + middle)) + 1)
+        period = 2 * (heights.shape[1] - 1)
+        across = np.abs(rows - period * np.rint(rows / period)).astype(int)
+        return Patch(
+            first, self.spacing * (low - middle), self.spacing, heights[np.ix_(along, across)].T
+        )
+
     def height(
-        self, terrain: Terrain, x: Float[Array, ""], y: Float[Array, ""]
+        self, terrain: Terrain, x: Float[Array, ""], y: Float[Array, ""] | None = None
     ) -> Float[Array, ""]:
-        """Returns the ground's height at (x, y) by bilinear interpolation, m."""
+        """Returns the ground's height at (x, y) by bilinear interpolation, m; y is 0 if None."""
+        y = jnp.zeros(()) if y is None else y
         edge.check_terrain(terrain, self.num_nodes)
         along, across = self.num_nodes
         period = 2.0 * (across - 1)

@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
@@ -25,6 +25,48 @@ class Terrain(NamedTuple):
 
     heights: Float[Array, " terrain *node"]
     row: Int[Array, ""]
+
+
+class Patch(NamedTuple):
+    """The nodes of one ground between some places.
+
+    Attributes:
+      x: of the first node, m.
+      y: of the first row of nodes, m; ground that is the same at all y has one row.
+      spacing: of the nodes, m.
+      heights: of the nodes, m; numpy.
+    """
+
+    x: float
+    y: float
+    spacing: float
+    heights: Float[np.ndarray, "row place"]
+
+
+@runtime_checkable
+class Ground(Protocol):
+    """The shape of random ground."""
+
+    @property
+    def roughness(self) -> float:
+        """Step between neighbouring nodes, m."""
+        ...
+
+    def height(
+        self, terrain: Terrain, x: Float[Array, ""], y: Float[Array, ""] | None = None, /
+    ) -> Float[Array, ""]:
+        """Returns the ground's height at a place, m; ground in the plane ignores y."""
+        ...
+
+    def patch(self, heights: Any, x: tuple[float, float], y: tuple[float, float], /) -> Patch:
+        """Returns the part of one ground that reaches from one place to another.
+
+        Args:
+          heights: of the ground, as `sample` returns them for each.
+          x: first and last, m.
+          y: first and last, m.
+        """
+        ...
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -68,8 +110,17 @@ class RandomWalk:
         rough = nodes > self.flat_until + 0.5 * self.spacing
         return _walk(key, rough, self.roughness, num=num)
 
-    def height(self, terrain: Terrain, x: Float[Array, ""]) -> Float[Array, ""]:
-        """Returns the ground's height at x by linear interpolation, m."""
+    def patch(self, heights: Any, x: tuple[float, float], y: tuple[float, float], /) -> Patch:
+        """Returns the part of one ground between two places along x; its ends go on level."""
+        del y
+        first, along = nodes_along(self.start, self.spacing, x, self.num_nodes)
+        return Patch(first, 0.0, self.spacing, np.asarray(heights)[along][None])
+
+    def height(
+        self, terrain: Terrain, x: Float[Array, ""], y: Float[Array, ""] | None = None
+    ) -> Float[Array, ""]:
+        """Returns the ground's height at x by linear interpolation, m; it is the same at all y."""
+        del y
         edge.check_terrain(terrain, (self.num_nodes,))
         last = self.num_nodes - 1
         position = jnp.clip((x - self.start) / self.spacing, 0.0, last)
@@ -78,6 +129,14 @@ class RandomWalk:
         fraction = position - node
         pair = jax.lax.dynamic_slice(terrain.heights, (terrain.row, node), (1, 2))[0]
         return pair[0] + fraction * (pair[1] - pair[0])
+
+
+def nodes_along(
+    start: float, spacing: float, x: tuple[float, float], num: int
+) -> tuple[float, Int[np.ndarray, " place"]]:
+    """Returns where the first node of a part of the ground lies, m, and which nodes it has."""
+    first, last = int(np.floor((x[0] - start) / spacing)), int(np.ceil((x[1] - start) / spacing))
+    return start + spacing * first, np.clip(np.arange(first, last + 1), 0, num - 1)
 
 
 @functools.partial(jax.jit, static_argnames="num")

@@ -1,4 +1,4 @@
-"""Evaluates populations: every genotype on every terrain, by an engine."""
+"""Evaluates populations: every genotype in every trial, by an engine."""
 
 from typing import Any, Protocol, runtime_checkable
 
@@ -8,7 +8,7 @@ import numpy as np
 from mjxwalk import engines
 from mjxwalk.engines import lanes, mjx
 from mjxwalk.engines.pinning import pinned
-from mjxwalk.envs import Terrain
+from mjxwalk.envs import TRIAL_AXES, Terrain, Trial, Trials
 from mjxwalk.rollout import Outcome
 
 # Terrains come in tables of a multiple of so many rows, so that engines, which compile for shapes,
@@ -22,8 +22,8 @@ OUTCOME = Outcome._make(range(len(Outcome._fields)))  # what a rollout returns, 
 class Task(Protocol):
     """What can be evaluated: an experiment, or the least part of one."""
 
-    def rollout(self, genotype: Any, terrain: Terrain) -> Outcome:
-        """Returns what one walker does on one terrain."""
+    def rollout(self, genotype: Any, given: Trial) -> Outcome:
+        """Returns what one walker does in one trial."""
         ...
 
 
@@ -38,7 +38,7 @@ class Evaluator:
 
     def __init__(self, task: Task, engine: str) -> None:
         self.engine, self.why = engines.choose(engine)
-        in_axes: Any = (0, Terrain(None, 0))  # type: ignore[arg-type]
+        in_axes: Any = (0, TRIAL_AXES)
         if self.engine == "lanes":
             self._run = lanes.vmap(task.rollout, in_axes, results=OUTCOME)
             self.devices = f"{self._run.threads} CPU threads"
@@ -55,52 +55,65 @@ class Evaluator:
         return self._run.compiled.seconds if self._run.compiled else 0.0
 
     @pinned()
-    def prepare(self, population: Any, heights: Any) -> None:
+    def prepare(self, population: Any, trials: Any) -> None:
         """Compiles for arguments of `evaluate` of these shapes, as far as the engine can.
 
         Args:
           population: anything with the shapes and types of the genotypes.
-          heights: likewise of the terrains.
+          trials: anything with those of the trials.
         """
         if isinstance(self._run, lanes.Mapped):
-            num_terrains, size = heights.shape[0], jax.tree.leaves(population)[0].shape[0]
-            rows = jax.ShapeDtypeStruct((size * num_terrains,), np.int32)
-            table = jax.ShapeDtypeStruct(
-                (_table_rows(num_terrains), *heights.shape[1:]), np.float32
-            )
-            repeated = jax.tree.map(
-                lambda w: jax.ShapeDtypeStruct((size * num_terrains, *w.shape[1:]), w.dtype),
-                population,
-            )
-            self._run.compile(repeated, Terrain(table, rows))  # type: ignore[arg-type]
+            population, given = _laid_out(population, trials, _shape)
+            self._run.compile(population, given)
 
     @pinned()
-    def evaluate(self, population: Any, heights: Any) -> Outcome:
-        """Returns the outcomes as numpy arrays [pop, terrain].
+    def evaluate(self, population: Any, trials: Trials) -> Outcome:
+        """Returns the outcomes as numpy arrays [pop, trial].
 
         Args:
           population: genotypes, leaves [pop, ...].
-          heights: one terrain a row, m.
+          trials: that each genotype is given.
 
         Raises:
-          ValueError: there is no genotype or no terrain, or leaves differ in how many they hold.
+          ValueError: there is no genotype or no trial, or leaves differ in how many they hold.
         """
-        population, heights = jax.tree.map(_on_host, population), _on_host(heights)
-        shapes = [leaf.shape for leaf in jax.tree.leaves(population)]
-        sizes = {shape[:1] for shape in shapes}
-        if len(sizes) != 1 or sizes & {(), (0,)}:
-            raise ValueError(f"population must have genotypes in front of all leaves, got {shapes}")
-        if not heights.ndim or not heights.shape[0]:
-            raise ValueError(f"heights must hold one terrain a row, got shape {heights.shape}")
-        num_terrains = heights.shape[0]
-        table = np.zeros((_table_rows(num_terrains), *heights.shape[1:]), np.float32)
-        table[:num_terrains] = heights
-        repeated = jax.tree.map(lambda w: np.repeat(w, num_terrains, 0), population)
-        size = jax.tree.leaves(repeated)[0].shape[0]
-        rows: Any = np.arange(size, dtype=np.int32) % num_terrains
-        ground: Any = Terrain(table, rows)  # type: ignore[arg-type]
-        outcome = self._run(repeated, ground)
-        return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, num_terrains), outcome)
+        population, trials = jax.tree.map(_on_host, (population, trials))
+        for name, tree in (("population", population), ("trials", trials)):
+            shapes = [leaf.shape for leaf in jax.tree.leaves(tree)]
+            sizes = {shape[:1] for shape in shapes}
+            if len(sizes) != 1 or sizes & {(), (0,)}:
+                what = "genotypes" if name == "population" else "trials"
+                raise ValueError(f"{name} must have {what} in front of all leaves, got {shapes}")
+        outcome = self._run(*_laid_out(population, trials, _repeated))
+        return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, trials.num), outcome)
+
+
+def _laid_out(population: Any, trials: Trials, repeated: Any) -> tuple[Any, Trial]:
+    """Returns genotypes and trials of all walkers: every genotype in every trial.
+
+    Args:
+      population: genotypes, leaves [pop, ...].
+      trials: that each genotype is given.
+      repeated: from a leaf, and how often each of its rows comes in turn, and then all of them, to
+        the leaf repeated so.
+    """
+    num, size = trials.num, jax.tree.leaves(population)[0].shape[0]
+    rows = np.arange(size * num, dtype=np.int32) % num
+    table = np.zeros((_table_rows(num), *trials.heights.shape[1:]), np.float32)
+    if isinstance(trials.heights, np.ndarray):
+        table[:num] = trials.heights
+    start, load = jax.tree.map(lambda leaf: repeated(leaf, 1, size), (trials.start, trials.load))
+    ground = Terrain(table, rows)  # type: ignore[arg-type]
+    return jax.tree.map(lambda leaf: repeated(leaf, num, 1), population), Trial(ground, start, load)
+
+
+def _repeated(leaf: Any, each: int, all_of_them: int) -> Any:
+    return np.tile(np.repeat(leaf, each, 0), (all_of_them, *[1] * (leaf.ndim - 1)))
+
+
+def _shape(leaf: Any, each: int, all_of_them: int) -> Any:
+    shape = (leaf.shape[0] * each * all_of_them, *leaf.shape[1:])
+    return jax.ShapeDtypeStruct(shape, leaf.dtype)
 
 
 def _on_host(values: Any) -> np.ndarray:

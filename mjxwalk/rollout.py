@@ -1,39 +1,20 @@
-"""One genotype on one terrain: the function that every engine runs for a whole population."""
+"""One genotype in one trial: the function that every engine runs for a whole population."""
 
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import jax
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-
-@runtime_checkable
-class Trial(Protocol):
-    """What an outcome is read from in an environment's state, whatever else that holds.
-
-    `Planar7`'s state says what each is; the first coordinate is the hip's x, m.
-    """
-
-    @property
-    def qpos(self) -> Float[Array, " coordinate"]: ...
-    @property
-    def num_steps(self) -> Int[Array, ""]: ...
-    @property
-    def torque_cost(self) -> Float[Array, ""]: ...
-    @property
-    def work(self) -> Float[Array, ""]: ...
-    @property
-    def fell(self) -> Bool[Array, ""]: ...
-    @property
-    def diverged(self) -> Bool[Array, ""]: ...
-    @property
-    def done(self) -> Bool[Array, ""]: ...
+from mjxwalk.controllers import Controller
+from mjxwalk.envs import Trials, TrialState
 
 
 @runtime_checkable
 class Environment(Protocol):
-    """A body, its ground and the rules of a trial; `Planar7` and `Flame` are.
+    """A body, its ground and the rules of a trial; every `mjxwalk.envs.LeggedEnv` is one.
 
-    Their states, observations, actions and grounds are types of their own.
+    Observations and actions are types of their own. States have `qpos`, whose first coordinate is
+    how far the walker has come, m, and a `mjxwalk.envs.TrialState` as `trial`.
     """
 
     @property
@@ -41,7 +22,11 @@ class Environment(Protocol):
         """Of the physics, s."""
         ...
 
-    def reset(self, ground: Any, /) -> Trial:
+    def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Trials:
+        """Returns independent trials; on ground of its own roughness if none is given, m."""
+        ...
+
+    def reset(self, given: Any, /) -> Any:
         """Returns the state that a trial starts in."""
         ...
 
@@ -49,30 +34,12 @@ class Environment(Protocol):
         """Returns what the walker senses."""
         ...
 
-    def step(self, state: Any, action: Any, ground: Any, /) -> Trial:
+    def step(self, state: Any, action: Any, given: Any, /) -> Any:
         """Returns the state one step later."""
         ...
 
-
-@runtime_checkable
-class Judging(Protocol):
-    """An environment that has a fitness of its own, other than the distance of the hip."""
-
     def fitness(self, state: Any, /) -> Float[Array, ""]:
         """Returns the fitness of a walker whose trial has ended; higher is better."""
-        ...
-
-
-@runtime_checkable
-class Controller(Protocol):
-    """What drives the body of an environment; `LinearReactive` does so for `Planar7`."""
-
-    def init(self, genotype: Any, /) -> Any:
-        """Returns the memory at the start of a trial, a pytree."""
-        ...
-
-    def act(self, genotype: Any, memory: Any, observation: Any, /) -> tuple[Any, Any]:
-        """Returns the new memory and the action."""
         ...
 
 
@@ -104,7 +71,7 @@ class Walk(NamedTuple):
     """A walker in the middle of a trial.
 
     Attributes:
-      state: the environment's, a `Trial`.
+      state: the environment's.
       memory: the controller's.
     """
 
@@ -112,42 +79,41 @@ class Walk(NamedTuple):
     memory: Any
 
 
-def start(env: Environment, controller: Controller, genotype: Any, terrain: Any) -> Walk:
+def start(env: Environment, controller: Controller, genotype: Any, given: Any) -> Walk:
     """Returns a walker at the start of a trial."""
-    return Walk(env.reset(terrain), controller.init(genotype))
+    return Walk(env.reset(given), controller.init(genotype))
 
 
 def advance(
-    env: Environment, controller: Controller, genotype: Any, terrain: Any, walk: Walk
+    env: Environment, controller: Controller, genotype: Any, given: Any, walk: Walk
 ) -> Walk:
     """Returns the walker after one step of control and physics."""
     memory, action = controller.act(genotype, walk.memory, env.observe(walk.state))
-    return Walk(env.step(walk.state, action, terrain), memory)
+    return Walk(env.step(walk.state, action, given), memory)
 
 
-def rollout(env: Environment, controller: Controller, genotype: Any, terrain: Any) -> Outcome:
+def rollout(env: Environment, controller: Controller, genotype: Any, given: Any) -> Outcome:
     """Returns how far one walker gets before it falls or has spent its budget.
 
     Solomon et al. (2013), section 2.7.2: fitness is the distance that a walker travels until then,
-    unless the environment is `Judging`.
+    unless the environment has one of its own.
     """
 
     def walking(walk: Walk) -> Bool[Array, ""]:
-        return ~walk.state.done
+        return ~walk.state.trial.done
 
     def step(walk: Walk) -> Walk:
-        return advance(env, controller, genotype, terrain, walk)
+        return advance(env, controller, genotype, given, walk)
 
-    state: Trial = jax.lax.while_loop(
-        walking, step, start(env, controller, genotype, terrain)
-    ).state
+    state = jax.lax.while_loop(walking, step, start(env, controller, genotype, given)).state
+    trial: TrialState = state.trial
     return Outcome(
-        fitness=env.fitness(state) if isinstance(env, Judging) else state.qpos[0],
+        fitness=env.fitness(state),
         distance=state.qpos[0],
-        duration=state.num_steps * env.timestep,
-        fell=state.fell,
-        diverged=state.diverged,
-        torque_cost=state.torque_cost,
-        work=state.work,
-        steps=state.num_steps,
+        duration=trial.num_steps * env.timestep,
+        fell=trial.fell,
+        diverged=trial.diverged,
+        torque_cost=trial.torque_cost,
+        work=trial.work,
+        steps=trial.num_steps,
     )

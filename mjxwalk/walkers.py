@@ -99,24 +99,19 @@ def best(source: str | Path) -> Walker:
     )
 
 
-def check_walks(source: str | Path, experiment: Any, bodies: tuple[type, ...] = ()) -> None:
-    """Raises unless walkers of an experiment walk, with one of some bodies.
+def check_walks(source: str | Path, experiment: Any) -> None:
+    """Raises unless walkers of an experiment walk.
 
     Args:
       source: where they are from, for the error.
       experiment: that they evolved in.
-      bodies: environments that will do; () for all.
 
     Raises:
-      RunError: it is a fit, or its body is another.
+      RunError: it is a fit.
     """
     if isinstance(experiment, Fitting):
         report = shell.command("report", Path(source))
         raise RunError(f"{source} is a fit, in which nothing walks; see {report}")
-    body = type(getattr(experiment, "env", None))
-    if bodies and body not in bodies:
-        known = " or ".join(kind.__name__ for kind in bodies)
-        raise RunError(f"{source} has the body {body.__name__}, and this is for {known}")
 
 
 def _check_run(path: Path) -> None:

@@ -47,11 +47,12 @@ class AngleDensity:
         outputs.check(self.out)
         from mjxwalk import engines
         from mjxwalk.analysis import angles, figures
-        from mjxwalk.envs import Flame, Planar7
 
         engines.prepare()
         walker = walkers.best(self.source)
-        walkers.check_walks(self.source, walker.experiment, (Planar7, Flame))
+        walkers.check_walks(self.source, walker.experiment)
+        if angles.roles_of(walker.experiment.env) is None:
+            raise runs.RunError(f"{self.source} has no angles by role; see scripts/gait_table.py")
         env = walker.experiment.tried().env
         density = angles.angle_density(self._recordings(walker), env)
         if not density.steps:

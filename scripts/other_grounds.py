@@ -61,7 +61,7 @@ class OtherGrounds:
 
         alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
         num = self.trials if varies else 1
-        terrains = experiment.sample_terrains(jax.random.key(self.seed), num)
+        terrains = experiment.sample_trials(jax.random.key(self.seed), num)
         tried = evaluation.make_evaluator(experiment, "auto").evaluate(alone, terrains)
         speed = tried.distance.sum() / tried.duration.sum()
         print(

@@ -77,19 +77,17 @@ class ReilTable:
     def _row(self, source: str) -> dict[str, Any]:
         import jax
 
-        from mjxwalk.envs import Reil
-        from mjxwalk.envs.reil_trials import TrialVariation, usual
-        from mjxwalk.tournament.perturbed import perturbed
-
         walker = walkers.best(source)
-        walkers.check_walks(source, walker.experiment, (Reil,))
+        walkers.check_walks(source, walker.experiment)
+        if not hasattr(walker.experiment.env, "max_distance"):
+            raise runs.RunError(f"{source} is of another study, whose trials have no distance")
         env = walker.experiment.env
-        plain = dataclasses.replace(env, terrain=TrialVariation())
+        plain = dataclasses.replace(env, terrain=type(env.terrain)())
         half = dataclasses.replace(plain, timestep=plain.timestep / 2)
-        draws = TrialVariation().sample(jax.random.key(self.seed), self.starts)
-        evolved = _walk(walker, plain, usual())
-        halved = _walk(walker, half, usual())
-        pushed = _walk(walker, perturbed(plain), draws)
+        key = jax.random.key(self.seed)
+        evolved = _walk(walker, plain, plain.level_trials())
+        halved = _walk(walker, half, plain.level_trials())
+        pushed = _walk(walker, *plain.perturbed(key, plain.sample_trials(key, self.starts)))
         share = float(np.mean(pushed["distance"] >= MILESTONE))
         far = float(halved["distance"][0])
         return {
@@ -157,22 +155,20 @@ def _milestones(name: str, sources: list[str]) -> str:
 _GAIT = ("speed m/s", "step m", "double stance", "stride s", "knee swing deg")
 
 
-def _walk(walker: Any, env: Any, draws: Any) -> dict[str, Any]:
+def _walk(walker: Any, env: Any, trials: Any) -> dict[str, Any]:
     """Returns what a walker does in some trials: how far it comes, and its gait."""
     import jax
-    import jax.numpy as jnp
 
     from mjxwalk import replay
     from mjxwalk.analysis.footfalls import find_footfalls, observe
     from mjxwalk.analysis.gait import measure_trials
-    from mjxwalk.envs import Terrain
 
-    num = len(draws)
+    num = trials.num
     recording = replay.record(
         env,
         walker.experiment.controller,
         jax.tree.map(lambda leaf: np.repeat(np.asarray(leaf)[None], num, axis=0), walker.genotype),
-        Terrain(jnp.asarray(draws), jnp.arange(num, dtype=jnp.int32)),
+        trials.given(np.arange(num, dtype=np.int32)),
         duration=env.max_time,
     )
     observations = observe(recording, env)

@@ -62,11 +62,12 @@ class SpatialTable:
 
     def _row(self, source: str) -> dict[str, Any]:
         from mjxwalk.analysis import faults, trials
-        from mjxwalk.envs import Flame
         from mjxwalk.settings import override
 
         walker = walkers.best(source)
-        walkers.check_walks(source, walker.experiment, (Flame,))
+        walkers.check_walks(source, walker.experiment)
+        if walker.experiment.env.anatomy.root.is_planar:
+            raise runs.RunError(f"{source} walks in the plane, and this is for walkers in space")
         experiment = walker.experiment.tried()
         if self.roughness is not None:
             experiment = override(experiment, "env.terrain.roughness", str(self.roughness))

@@ -60,27 +60,25 @@ class StickFigures:
 
         from mjxwalk import engines, replay
         from mjxwalk.analysis import sticks
-        from mjxwalk.envs import Flame, Planar7, Terrain
 
         engines.prepare()
-        walkers.check_walks(self.source, walker.experiment, (Planar7, Flame))
+        walkers.check_walks(self.source, walker.experiment)
         experiment = walker.experiment.tried()
         env, key = experiment.env, jax.random.key(self.terrain_seed)
         interval = min(self.interval, env.max_time)
-        heights = np.asarray(experiment.sample_terrains(key, 1))
-        terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
+        trials = experiment.sample_trials(key, 1)
         recording = replay.record(
             env,
             experiment.controller,
             jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype),
-            terrain,
+            trials.given(np.zeros(1, np.int32)),
             duration=max(min(self.start + self.duration, env.max_time), interval),
             frames_per_second=1.0 / interval,
         )
         walking = (recording.time[:, 0] >= self.start) & ~recording.done[:, 0]
         if not walking.any():
             raise runs.RunError(f"the walker's trial is over before {self.start} s")
-        return sticks.draw(sticks.find(env, recording.states.qpos[walking, 0], heights[0]))
+        return sticks.draw(sticks.find(env, recording.states.qpos[walking, 0], trials.heights[0]))
 
 
 if __name__ == "__main__":

@@ -46,9 +46,9 @@ def test_grounds_are_counted_by_their_nodes(small: None, terrain: object, fits: 
 
 def test_no_terrain_is_drawn_that_does_not_fit(small: None) -> None:
     experiment = experiments.get("planar-lpd")
-    assert experiment.sample_terrains(jax.random.key(0), 3).shape == (3, 1024)
+    assert experiment.sample_trials(jax.random.key(0), 3).shape == (3, 1024)
     with pytest.raises(RunError, match="terrains take .* GB"):
-        experiment.sample_terrains(jax.random.key(0), 10**30)
+        experiment.sample_trials(jax.random.key(0), 10**30)
 
 
 def test_a_generations_walkers_are_counted_with_a_copy_for_each_terrain(small: None) -> None:

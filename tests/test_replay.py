@@ -27,7 +27,7 @@ def genotypes() -> Any:
 
 @pytest.fixture(scope="module")
 def terrain() -> Any:
-    heights = np.asarray(LPD.sample_terrains(jax.random.key(1), NUM_TERRAINS))
+    heights = np.asarray(LPD.sample_trials(jax.random.key(1), NUM_TERRAINS))
     return Terrain(heights, np.array([0, 1, 2, 0, 1], np.int32))  # type: ignore[arg-type]
 
 
@@ -91,7 +91,7 @@ def test_engines_agree(genotypes: Any, terrain: Any) -> None:
 @pytest.mark.slow
 def test_the_spatial_body_is_recorded_too() -> None:
     spatial = experiments.get("solomon-3d")
-    heights = np.asarray(spatial.sample_terrains(jax.random.key(0), 1))
+    heights = np.asarray(spatial.sample_trials(jax.random.key(0), 1))
     ground: Any = Terrain(heights, np.zeros(2, np.int32))  # type: ignore[arg-type]
     genotypes = jax.tree.map(lambda leaf: np.stack([leaf] * 2), spatial.template())
     recording = replay.record(spatial.env, spatial.controller, genotypes, ground, duration=0.05)

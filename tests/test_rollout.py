@@ -34,7 +34,7 @@ def population() -> Any:
 
 @pytest.fixture(scope="module")
 def heights() -> Any:
-    return LPD.sample_terrains(jax.random.key(1), NUM_TERRAINS)
+    return LPD.sample_trials(jax.random.key(1), NUM_TERRAINS)
 
 
 def test_evaluation_is_every_genotype_on_every_terrain(

@@ -118,7 +118,7 @@ class Toy:
         """Returns how far it moves next."""
         return roughness
 
-    def sample_terrains(
+    def sample_trials(
         self, key: PRNGKeyArray, num: int, roughness: float | None = None
     ) -> Float[Array, "terrain node"]:
         """Returns where the hidden point moves."""

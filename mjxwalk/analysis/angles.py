@@ -16,7 +16,7 @@ from jaxtyping import Float, Int
 from mjxwalk.analysis.footfalls import find_footfalls, observe, role_angles
 from mjxwalk.analysis.strides import role_periods
 from mjxwalk.controllers import linear_reactive, spatial_reactive
-from mjxwalk.envs import Flame
+from mjxwalk.envs import LeggedEnv
 from mjxwalk.replay import Recording
 
 SLICES = 100  # of a step's time; ours
@@ -79,13 +79,17 @@ class AngleDensity(NamedTuple):
         return self.counts / np.maximum(most, 1)
 
 
-def roles_of(env: Any) -> Roles:
-    """Returns the angles that a body has."""
-    return SPATIAL if isinstance(env, Flame) else PLANAR
+def roles_of(env: LeggedEnv) -> Roles | None:
+    """Returns the angles by role that a body has; None of bodies without such networks."""
+    anatomy = env.anatomy
+    if "adduction" in anatomy.names:
+        return SPATIAL
+    jointed = all(None not in (leg.hip, leg.knee, leg.ankle) for leg in anatomy.legs)
+    return PLANAR if anatomy.root.is_planar and jointed else None
 
 
 def step_angles(
-    recording: Recording, env: Any, *, slices: int = SLICES, settled: float = SETTLED
+    recording: Recording, env: LeggedEnv, *, slices: int = SLICES, settled: float = SETTLED
 ) -> Float[np.ndarray, "step slice angle"]:
     """Returns the angles by role over every step of the trials without a fall, degrees.
 
@@ -94,14 +98,16 @@ def step_angles(
       env: that they are trials of.
       slices: of equal time that each step is cut into; angles are those in their middles.
       settled: steps that begin earlier do not count, s.
+
+    Raises:
+      ValueError: the body has no angles by role.
     """
     observations = observe(recording, env)
     footfalls = find_footfalls(recording, observations)
-    angles = np.degrees(
-        role_angles(observations, footfalls, roles_of(env).sense).astype(np.float64)
-    )
+    roles = _roles(env)
+    angles = np.degrees(role_angles(observations, footfalls, roles.sense).astype(np.float64))
     found: list[Any] = []
-    for walker in np.flatnonzero(~recording.states.fell[-1]):
+    for walker in np.flatnonzero(~recording.states.trial.fell[-1]):
         time = footfalls[walker].time
         for first, last in role_periods(footfalls[walker].left_stance):
             period = time[last] - time[first]
@@ -138,14 +144,24 @@ def add_steps(density: AngleDensity, angles: Float[np.ndarray, "step slice angle
     )
 
 
-def angle_density(recordings: Iterable[Recording], env: Any) -> AngleDensity:
+def angle_density(recordings: Iterable[Recording], env: LeggedEnv) -> AngleDensity:
     """Returns the density of the angles over all steps of trials without a fall.
 
     Args:
       recordings: of trials from their start; one at a time is held.
       env: that they are trials of.
     """
-    density = empty_density(roles_of(env))
+    density = empty_density(_roles(env))
     for recording in recordings:
         density = add_steps(density, step_angles(recording, env))
     return density
+
+
+def _roles(env: LeggedEnv) -> Roles:
+    roles = roles_of(env)
+    if roles is None:
+        raise ValueError(
+            f"{env.anatomy.name} has no angles by role: it needs hip, knee and ankle in the plane, "
+            "or an adduction that both legs share"
+        )
+    return roles

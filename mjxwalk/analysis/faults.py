@@ -1,6 +1,6 @@
 """What a spatial gait may hide: feet that slide or brush the ground, flight, drift, and a lean.
 
-Measured on recordings of `Flame`, whose sole has four corners; MuJoCo places and moves them.
+Measured at the contact points of the feet, the corners of the soles; MuJoCo moves them.
 """
 
 from typing import Any, NamedTuple
@@ -10,9 +10,8 @@ from jaxtyping import Bool, Float
 
 from mjxwalk.analysis.footfalls import find_footfalls, observe
 from mjxwalk.analysis.frame import Frame
-from mjxwalk.envs import Flame
+from mjxwalk.envs import LeggedEnv
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.envs.flame_body import CONTACT_SITES, COORDINATE, PITCH, ROLL
 from mjxwalk.replay import Recording
 
 FAULTS = ("slip", "brush", "flight", "drift", "pitch_rad", "roll_rad")
@@ -26,11 +25,11 @@ class Corners(NamedTuple):
       touching: whether each is below the ground.
     """
 
-    speed: Float[np.ndarray, "frame 8"]
-    touching: Bool[np.ndarray, "frame 8"]
+    speed: Float[np.ndarray, "frame point"]
+    touching: Bool[np.ndarray, "frame point"]
 
 
-def measure_faults(recording: Recording, env: Flame) -> Frame:
+def measure_faults(recording: Recording, env: LeggedEnv) -> Frame:
     """Returns a row for each trial: whether it `fell`, and all of `FAULTS`.
 
     - slip: metres that soles slide while they bear, over metres walked. A sole slides as fast as
@@ -46,9 +45,16 @@ def measure_faults(recording: Recording, env: Flame) -> Frame:
     Args:
       recording: of trials from their start.
       env: that they are trials of.
+
+    Raises:
+      ValueError: the body moves in the plane.
     """
     import pandas as pd
 
+    root = env.anatomy.root
+    if root.is_planar:
+        raise ValueError(f"{env.anatomy.name} moves in the plane, and these faults are of space")
+    feet = [env.anatomy.points_of(leg) for leg in env.anatomy.legs]
     observations = observe(recording, env)
     rows: list[dict[str, Any]] = []
     for walker, footfalls in enumerate(find_footfalls(recording, observations)):
@@ -58,35 +64,36 @@ def measure_faults(recording: Recording, env: Flame) -> Frame:
         qvel = states.qvel[:frames, walker].astype(np.float64)
         corners = corner_speeds(env, qpos, qvel, states.touching[:frames, walker])
         walked = float(qpos[-1, 0] - qpos[0, 0])
-        raw: Any = corners.touching.reshape(-1, 2, 4).any(axis=2)
+        raw: Any = np.stack([corners.touching[:, foot].any(axis=1) for foot in feet], axis=1)
         rows.append(
             {
-                "fell": bool(states.fell[-1, walker]),
-                "slip": _slid(corners, footfalls.time, footfalls.contact) / walked,
+                "fell": bool(states.trial.fell[-1, walker]),
+                "slip": _slid(corners, feet, footfalls.time, footfalls.contact) / walked,
                 "brush": _share(raw[~footfalls.contact]),
                 "flight": _share(~raw.any(axis=1)),
                 "drift": float(qpos[-1, 1] - qpos[0, 1]) / walked,
-                "pitch_rad": float(qpos[:, PITCH].mean()),
-                "roll_rad": float(np.abs(qpos[:, ROLL]).mean()),
+                "pitch_rad": float(qpos[:, root.pitch].mean()),
+                "roll_rad": float(np.abs(qpos[:, root.roll]).mean()),
             }
         )
     return pd.DataFrame(rows)
 
 
 def corner_speeds(
-    env: Flame,
-    qpos: Float[np.ndarray, "frame 15"],
-    qvel: Float[np.ndarray, "frame 15"],
-    touching: Bool[np.ndarray, "frame 8"],
+    env: LeggedEnv,
+    qpos: Float[np.ndarray, "frame coordinate"],
+    qvel: Float[np.ndarray, "frame coordinate"],
+    touching: Bool[np.ndarray, "frame point"],
 ) -> Corners:
     """Returns how the soles' corners move in one walker's frames."""
     model = env.model.mujoco
     data = mujoco.MjData(model)
-    sites = [model.site(name).id for name in CONTACT_SITES]
+    sites = [model.site(point.name).id for point in env.anatomy.points]
+    joints = list(env.anatomy.joint_coordinate)
     speed = np.zeros((len(qpos), len(sites)))
     velocity = np.zeros(6)
     for frame in range(len(qpos)):
-        data.qpos[:], data.qvel[:] = qpos[frame][COORDINATE], qvel[frame][COORDINATE]
+        data.qpos[:], data.qvel[:] = qpos[frame][joints], qvel[frame][joints]
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
         for place, site in enumerate(sites):
@@ -96,13 +103,18 @@ def corner_speeds(
 
 
 def _slid(
-    corners: Corners, time: Float[np.ndarray, " frame"], contact: Bool[np.ndarray, "frame 2"]
+    corners: Corners,
+    feet: list[list[int]],
+    time: Float[np.ndarray, " frame"],
+    contact: Bool[np.ndarray, "frame 2"],
 ) -> float:
     """Returns how far both soles slid while they bore, m."""
-    touching = corners.touching.reshape(-1, 2, 4)
-    slowest = np.where(touching, corners.speed.reshape(-1, 2, 4), np.inf).min(axis=2)
-    bearing = contact & touching.any(axis=2)
-    speed = np.where(bearing, slowest, 0.0).sum(axis=1)
+    speed = np.zeros(len(time))
+    for leg, points in enumerate(feet):
+        touching = corners.touching[:, points]
+        slowest = np.where(touching, corners.speed[:, points], np.inf).min(axis=1)
+        bearing = contact[:, leg] & touching.any(axis=1)
+        speed += np.where(bearing, slowest, 0.0)
     return float((speed[:-1] * np.diff(time)).sum())
 
 

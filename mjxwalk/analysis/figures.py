@@ -88,14 +88,14 @@ def fitness_of_groups(groups: Sequence[PhaseCurves]) -> Figure:
 
 
 def stick_figures(
-    skeletons: Float[np.ndarray, "figure 2 7 2"],
+    skeletons: Float[np.ndarray, "figure leg joint 3"],
     ground_x: Float[np.ndarray, " node"],
     ground_z: Float[np.ndarray, " node"],
 ) -> Figure:
     """Returns Figure 5: a planar walker at several times, on its terrain.
 
     Args:
-      skeletons: from `mjxwalk.replay.skeleton`, at least one.
+      skeletons: from `mjxwalk.analysis.sticks.skeleton`, at least one.
       ground_x: where the terrain's nodes are, m.
       ground_z: how high they are, m.
 
@@ -105,27 +105,27 @@ def stick_figures(
     if not len(skeletons):
         raise ValueError("there are no stick figures to draw")
     left, right = skeletons[..., 0].min() - 0.2, skeletons[..., 0].max() + 0.2
-    low, high = skeletons[..., 1].min() - 0.15, skeletons[..., 1].max() + 0.1
+    low, high = skeletons[..., 2].min() - 0.15, skeletons[..., 2].max() + 0.1
     figure = Figure(figsize=(12, 12 * (high - low) / (right - left)), dpi=120)
     axis: Any = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axis.fill_between(ground_x, ground_z, low, color=GROUND, linewidth=0)
     for skeleton in skeletons:
         for leg, colour in ((1, FAR), (0, NEAR)):
-            axis.plot(*skeleton[leg].T, color=colour, linewidth=2, solid_capstyle="round")
+            axis.plot(*skeleton[leg, :, ::2].T, color=colour, linewidth=2, solid_capstyle="round")
     axis.set(xlim=(left, right), ylim=(low, high), aspect="equal")
     axis.axis("off")
     return figure
 
 
 def spatial_stick_figures(
-    skeletons: Float[np.ndarray, "figure 2 8 3"],
+    skeletons: Float[np.ndarray, "figure leg joint 3"],
     ground_x: Float[np.ndarray, " node"],
     ground_z: Float[np.ndarray, " node"],
 ) -> Figure:
     """Returns a spatial walker at several times, from its right side and, below, from the front.
 
     Args:
-      skeletons: from `mjxwalk.replay.spatial_skeleton`, at least one.
+      skeletons: from `mjxwalk.analysis.sticks.skeleton`, at least one.
       ground_x: where the nodes of the terrain along its middle are, m.
       ground_z: how high they are, m.
 

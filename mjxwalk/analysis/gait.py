@@ -95,10 +95,10 @@ def measure_trials(recording: Recording, env: Any, *, shortest: float = SHORTEST
         last = recording.states
         distance = float(last.qpos[-1, walker, 0] - last.qpos[0, walker, 0])
         duration = float(recording.time[-1, walker])
-        work = float(last.work[-1, walker])
+        work = float(last.trial.work[-1, walker])
         rows.append(
             {
-                "fell": bool(last.fell[-1, walker]),
+                "fell": bool(last.trial.fell[-1, walker]),
                 "strides": len(strides.end),
                 "duration_s": duration,
                 "distance_m": distance,

@@ -1,4 +1,4 @@
-"""Stick figures of a walker at several times, on its terrain, of either body."""
+"""Stick figures of a walker at several times, on its ground."""
 
 from typing import Any, NamedTuple
 
@@ -6,41 +6,75 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 
-from mjxwalk import replay
 from mjxwalk.analysis import figures
-from mjxwalk.envs import Flame
+from mjxwalk.envs import LeggedEnv, scenery
+from mjxwalk.envs._mujoco import mujoco
 
 
 class Sticks(NamedTuple):
     """A walker at several times.
 
     Attributes:
-      skeletons: from `mjxwalk.replay`, x and z of a planar body's joints or x, y and z, m.
-      ground_x: where the terrain's nodes are, of a spatial terrain those along its middle, m.
+      skeletons: from `skeleton`, m.
+      ground_x: where the ground's nodes are along the walker's way, m.
       ground_z: how high they are, m.
+      spatial: whether the body moves in space.
     """
 
-    skeletons: Float[np.ndarray, "figure 2 joint axis"]
+    skeletons: Float[np.ndarray, "figure leg joint 3"]
     ground_x: Float[np.ndarray, " node"]
     ground_z: Float[np.ndarray, " node"]
+    spatial: bool
 
 
 def find(
-    env: Any, qpos: Float[np.ndarray, "figure coordinate"], heights: Float[np.ndarray, "..."]
+    env: LeggedEnv,
+    qpos: Float[np.ndarray, "figure coordinate"],
+    heights: Float[np.ndarray, "..."],
 ) -> Sticks:
     """Returns a body in each of some poses.
 
     Args:
       env: body and ground.
       qpos: coordinates of the body.
-      heights: of the one terrain, m.
+      heights: of the one ground, m.
     """
-    ground = env.terrain
-    along = ground.start + ground.spacing * np.arange(len(heights))
-    if isinstance(env, Flame):
-        middle = heights[:, heights.shape[1] // 2]
-        return Sticks(replay.spatial_skeleton(env, qpos), along, middle)
-    return Sticks(replay.skeleton(env, qpos), along, heights)
+    patch, _ = scenery.around(env, np.asarray(heights), qpos)
+    along = patch.x + patch.spacing * np.arange(patch.heights.shape[1])
+    row = int(np.clip(round(-patch.y / patch.spacing), 0, len(patch.heights) - 1))
+    spatial = not env.anatomy.root.is_planar
+    return Sticks(skeleton(env, qpos), along, patch.heights[row], spatial)
+
+
+def skeleton(
+    env: LeggedEnv, qpos: Float[np.ndarray, "frame coordinate"]
+) -> Float[np.ndarray, "frame leg joint 3"]:
+    """Returns where the joints of a body are, in one walker's frames.
+
+    For each leg, x, y and z of the torso's top, then of each of its bodies from the torso to the
+    foot, whose origin is the ankle, and of heel, toe and ankle again, m.
+    """
+    model, anatomy = env.model.mujoco, env.anatomy
+    data, joints = mujoco.MjData(model), list(anatomy.joint_coordinate)
+    torso = model.body(anatomy.torso).id
+    # As far above the centre of the upper body as that is above the hips.
+    top = 2.0 * model.body_ipos[torso] * (0.0, 0.0, 1.0)
+    chains = [_chain(model, torso, model.body(leg.foot).id) for leg in anatomy.legs]
+    feet = [anatomy.heel_and_toe(leg) for leg in anatomy.legs]
+    below = np.array([0.0, 0.0, anatomy.points[0].radius])  # a sphere's lowest point touches
+    figures: list[Any] = []
+    for coordinates in np.asarray(qpos, np.float64):
+        data.qpos[:] = coordinates[joints]
+        mujoco.mj_kinematics(model, data)
+        turned = data.xmat.reshape(-1, 3, 3)
+        head = data.xpos[torso] + turned[torso] @ top
+        legs: list[Any] = []
+        for chain, ends in zip(chains, feet, strict=True):
+            ankle = chain[-1]
+            heel, toe = (data.xpos[ankle] + turned[ankle] @ end - below for end in ends)
+            legs.append([head, *data.xpos[chain], heel, toe, data.xpos[ankle].copy()])
+        figures.append(legs)
+    return np.array(figures)
 
 
 def draw(sticks: Sticks) -> Figure:
@@ -49,5 +83,15 @@ def draw(sticks: Sticks) -> Figure:
     Raises:
       ValueError: there is no figure to draw.
     """
-    spatial = sticks.skeletons.shape[-1] == 3
-    return (figures.spatial_stick_figures if spatial else figures.stick_figures)(*sticks)
+    given = sticks.skeletons, sticks.ground_x, sticks.ground_z
+    if sticks.spatial:
+        return figures.spatial_stick_figures(*given)
+    return figures.stick_figures(*given)
+
+
+def _chain(model: Any, torso: int, foot: int) -> list[int]:
+    """Returns the bodies from the torso to a foot."""
+    chain = [foot]
+    while chain[-1] != torso:
+        chain.append(int(model.body_parentid[chain[-1]]))
+    return chain[::-1]

@@ -6,7 +6,6 @@ import jax
 import numpy as np
 
 from mjxwalk import replay
-from mjxwalk.envs import Terrain
 from mjxwalk.evaluation import make_evaluator
 from mjxwalk.replay import Recording
 from mjxwalk.rollout import Outcome
@@ -45,13 +44,12 @@ def record_trials(
     experiment = experiment.tried()
     longest = experiment.env.max_time
     key = jax.random.fold_in(jax.random.key(seed), ANALYSIS)
-    heights = np.asarray(experiment.sample_terrains(key, trials))
-    terrain: Any = Terrain(heights, np.arange(trials, dtype=np.int32))  # type: ignore[arg-type]
+    given = experiment.sample_trials(key, trials).given(np.arange(trials, dtype=np.int32))
     return replay.record(
         experiment.env,
         experiment.controller,
         jax.tree.map(lambda leaf: np.repeat(np.asarray(leaf)[None], trials, axis=0), genotype),
-        terrain,
+        given,
         duration=longest if duration is None else min(duration, longest),
         frames_per_second=frames_per_second,
         engine=engine,
@@ -68,5 +66,5 @@ def try_alone(experiment: Any, genotype: Any, *, terrains: int, seed: int) -> Ou
       seed: of the terrains.
     """
     alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
-    heights = experiment.sample_terrains(jax.random.key(seed), terrains)
-    return make_evaluator(experiment, "auto").evaluate(alone, heights)
+    given = experiment.sample_trials(jax.random.key(seed), terrains)
+    return make_evaluator(experiment, "auto").evaluate(alone, given)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Int
 
 from mjxwalk import experiments, rollout
-from mjxwalk.envs import Terrain
+from mjxwalk.envs import TRIAL_AXES, Trials
 
 WEIGHT_SIGMA = 0.3  # ours: as wide as the experiment's first generation
 SAME_WORK = (
@@ -57,21 +57,21 @@ class Walkers(NamedTuple):
     """A population, and what one of them does.
 
     Attributes:
-      start: from genotype and terrain to the walker at the start.
-      advance: from genotype, terrain and walker to the walker a step later.
+      start: from genotype and trial to the walker at the start.
+      advance: from genotype, trial and walker to the walker a step later.
       genotypes: leaves [pop, ...].
-      terrain: that they walk on.
+      given: their trials.
     """
 
     start: Callable[..., Any]
     advance: Callable[..., Any]
     genotypes: Any
-    terrain: Any
+    given: Any
 
     @property
     def axes(self) -> Any:
-        """Which axis of genotypes and terrain counts walkers: they share the heights."""
-        return 0, self.terrain._replace(heights=None, row=0)
+        """Which axis of genotypes and trials counts walkers: they share the heights."""
+        return 0, TRIAL_AXES
 
 
 def walkers(body: Body, size: int) -> Walkers:
@@ -86,21 +86,21 @@ def walkers(body: Body, size: int) -> Walkers:
         start=functools.partial(rollout.start, study.env, study.controller),
         advance=functools.partial(rollout.advance, study.env, study.controller),
         genotypes=jax.tree.map(drawn, study.template()),
-        terrain=Terrain(_heights(body), np.zeros(size, np.int32)),  # type: ignore[arg-type]
+        given=_trials(body).given(np.zeros(size, np.int32)),
     )
 
 
 @functools.cache
-def _heights(body: Body) -> Any:
-    """Returns one terrain; kept, as in a quick bench making it would be felt each time."""
-    return np.asarray(body.study().sample_terrains(jax.random.key(0), 1))
+def _trials(body: Body) -> Trials:
+    """Returns one trial; kept, as in a quick bench making it would be felt each time."""
+    return jax.tree.map(np.asarray, body.study().sample_trials(jax.random.key(0), 1))
 
 
 def fixed_steps(
     start: Callable[..., Any],
     advance: Callable[..., Any],
     genotype: Any,
-    terrain: Any,
+    given: Any,
     num_steps: Int[Array, ""],
 ) -> Walked:
     """Returns one walker after that many steps, whether it fell on the way or not."""
@@ -109,7 +109,7 @@ def fixed_steps(
         return walked.steps < num_steps
 
     def step(walked: Walked) -> Walked:
-        return Walked(advance(genotype, terrain, walked.walk), walked.steps + 1)
+        return Walked(advance(genotype, given, walked.walk), walked.steps + 1)
 
-    first = Walked(start(genotype, terrain), jnp.zeros((), jnp.int32))
+    first = Walked(start(genotype, given), jnp.zeros((), jnp.int32))
     return jax.lax.while_loop(unfinished, step, first)

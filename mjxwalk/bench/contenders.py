@@ -30,7 +30,7 @@ class Engine:
     def __call__(self, steps_per_walker: int) -> int:
         """Takes the steps and returns how many all walkers took together."""
         given = self._population
-        walked = self.mapped(given.genotypes, given.terrain, np.int32(steps_per_walker))
+        walked = self.mapped(given.genotypes, given.given, np.int32(steps_per_walker))
         jax.block_until_ready(walked)
         return int(np.asarray(walked.steps).sum(dtype=np.int64))
 

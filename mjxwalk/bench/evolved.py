@@ -8,7 +8,7 @@ import numpy as np
 
 from mjxwalk import evaluation
 from mjxwalk.engines import lanes
-from mjxwalk.envs import Terrain
+from mjxwalk.envs import TRIAL_AXES, Trial, Trials
 from mjxwalk.evolution import Evolution
 from mjxwalk.experiments.experiment import Experiment
 from mjxwalk.experiments.goal import Goal
@@ -35,24 +35,23 @@ class Evolved:
         self.lane_utilisation = 1.0
         keys = jax.random.split(jax.random.key(1), generations)
         self._generations = [
-            self._arguments(population, np.asarray(study.sample_terrains(key, num)))
+            self._arguments(population, jax.tree.map(np.asarray, study.sample_trials(key, num)))
             for population, key in zip(populations, keys, strict=True)
         ]
-        self._mapped = lanes.vmap(study.rollout, (0, Terrain(None, 0)))  # type: ignore[arg-type]
+        self._mapped = lanes.vmap(study.rollout, (0, TRIAL_AXES))
 
     def __call__(self, times: int) -> int:
         """Runs all trials that often and returns how many steps the walkers took."""
         steps, lane_steps = 0, 0.0
-        for genotypes, terrain in self._generations * times:
-            outcome = self._mapped(genotypes, terrain)
+        for genotypes, given in self._generations * times:
+            outcome = self._mapped(genotypes, given)
             taken = int(outcome.steps.sum(dtype=np.int64))
             steps += taken
             lane_steps += taken / self._mapped.utilisation
         self.lane_utilisation = steps / lane_steps
         return steps
 
-    def _arguments(self, population: Any, heights: Any) -> tuple[Any, Any]:
-        num = len(heights)
-        rows: Any = np.arange(self.size, dtype=np.int32) % num
-        genotypes = jax.tree.map(lambda leaf: np.repeat(leaf, num, 0), population)
-        return genotypes, Terrain(heights, rows)
+    def _arguments(self, population: Any, trials: Trials) -> tuple[Any, Trial]:
+        rows = np.arange(self.size, dtype=np.int32) % trials.num
+        genotypes = jax.tree.map(lambda leaf: np.repeat(leaf, trials.num, 0), population)
+        return genotypes, trials.given(rows)

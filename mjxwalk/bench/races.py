@@ -96,7 +96,7 @@ def on_walkers(experiment: Any, evaluator: Any, seed: int, million_steps: float)
     key_init, key_run = jax.random.split(jax.random.key(seed))
     state = jax.jit(strategy.init)(key_init, experiment.template())
     sample = jax.jit(
-        functools.partial(experiment.sample_terrains, num=experiment.terrains_per_evaluation)
+        functools.partial(experiment.sample_trials, num=experiment.terrains_per_evaluation)
     )
     effort: list[float] = []
     reached: list[float] = []

@@ -65,12 +65,12 @@ class Watch:
         outputs.check(out)
         from mjxwalk import engines
         from mjxwalk.watch import page, recording
-        from mjxwalk.watch.recording import Trial
+        from mjxwalk.watch.recording import Take
 
         engines.prepare()
         cast = self._on_ground(self._cast())
         show, series = recording.perform(
-            cast, Trial(terrain_seed=self.terrain_seed, seconds=self.seconds)
+            cast, Take(terrain_seed=self.terrain_seed, seconds=self.seconds)
         )
         run = Path(self.source) if self._is_in_run() else None
         outputs.write(out, page.render(show, series).encode(), run=run)

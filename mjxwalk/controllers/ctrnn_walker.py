@@ -1,4 +1,4 @@
-"""A pattern generator of recurrent networks that drives the hips of the biped `Reil`.
+"""A pattern generator of recurrent networks that drives the hips of a biped.
 
 Reil & Massey (2001), sections 3.2 and 4.3; the network is in `ctrnn.py`. Sixty genes make all of
 it: 36 weights, 6 biases and 6 time constants of the oscillator that all four are, 6 lateral and 6
@@ -16,9 +16,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from mjxwalk.controllers import ctrnn
+from mjxwalk.controllers.controller import Controller
+from mjxwalk.envs import HipTargets, SpatialObservation
 from mjxwalk.envs.checks import not_negative, positive
 from mjxwalk.envs.edge import takes_genotype
-from mjxwalk.envs.reil import HipTargets, Observation
 
 # ours, both: legs can only part if their oscillators start apart.
 FIRST_PAIR = 1.0  # state of the left neurons of the first pair; the right ones have minus that
@@ -62,7 +63,7 @@ class Memory(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class CtrnnWalker:
+class CtrnnWalker(Controller):
     """What the genes stand for; the paper's ranges are in a thesis that is lost, so all are ours.
 
     Attributes:
@@ -101,16 +102,8 @@ class CtrnnWalker:
 
     def mask(self) -> Genes:
         """Returns which genes are there."""
-        there = jax.tree.map(lambda leaf: jnp.ones(leaf.shape, bool), self.template())
+        there = super().mask()
         return there if self.sense else there._replace(sense=jnp.zeros((4, 6), bool))
-
-    def prunable(self) -> Genes:
-        """Returns -1 everywhere: none may go."""
-        return jax.tree.map(lambda leaf: jnp.full(leaf.shape, -1), self.template())
-
-    def networks(self) -> Genes:
-        """Returns the number of the mutation rate of each gene: all have one."""
-        return jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, int), self.template())
 
     def network(self, genes: Genes) -> ctrnn.Coupled:
         """Returns the network that the genes stand for."""
@@ -135,7 +128,7 @@ class CtrnnWalker:
 
     @takes_genotype
     def act(
-        self, genes: Genes, memory: Memory, observation: Observation
+        self, genes: Genes, memory: Memory, observation: SpatialObservation
     ) -> tuple[Memory, HipTargets]:
         """Returns the network at the time of the observation, and the hips' desired angles."""
         network = self.network(genes)
@@ -149,9 +142,9 @@ class CtrnnWalker:
             self.forward + self.swing * (motor - 0.5)
         )
 
-    def weight_table(self, genes: Genes) -> list[tuple[str, str, str, float]]:
+    def weight_table(self, genotype: Genes) -> list[tuple[str, str, str, float]]:
         """Returns what the genes stand for as rows of kind, neuron, source and value."""
-        network = self.network(genes)
+        network = self.network(genotype)
         rows = [
             ("weight", str(i), str(j), float(value))
             for (i, j), value in np.ndenumerate(np.asarray(network.oscillator.weight))
@@ -165,11 +158,11 @@ class CtrnnWalker:
             rows += [(kind, str(i), "", float(v)) for i, v in enumerate(np.asarray(values))]
         if self.sense:
             names = ("pitch", "pitch rate", "own foot", "other foot")
-            for (sense, i), value in np.ndenumerate(np.asarray(genes.sense)):
+            for (sense, i), value in np.ndenumerate(np.asarray(genotype.sense)):
                 rows.append(("sense", str(i), names[sense], float(self.sense * value)))
         return rows
 
-    def _sensed(self, genes: Genes, observation: Observation) -> Float[Array, "2 6"]:
+    def _sensed(self, genes: Genes, observation: SpatialObservation) -> Float[Array, "2 6"]:
         """Returns what the senses give to the neurons of the first pair, left and right."""
         pitch = observation.torso[1] / PITCH_SCALE
         rate = observation.torso_rate[1] / PITCH_RATE_SCALE

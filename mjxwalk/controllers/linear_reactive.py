@@ -14,7 +14,8 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from mjxwalk.controllers import tables
-from mjxwalk.envs import Action, Observation
+from mjxwalk.controllers.controller import Controller, Description
+from mjxwalk.envs import Action, PlanarObservation
 from mjxwalk.envs.checks import not_negative, positive
 from mjxwalk.envs.edge import takes_genotype
 
@@ -80,7 +81,7 @@ class Senses(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class LinearReactive:
+class LinearReactive(Controller):
     """Six linear networks over sixteen inputs.
 
     Attributes:
@@ -145,7 +146,7 @@ class LinearReactive:
 
     @takes_genotype
     def act(
-        self, weights: Weights, memory: Memory, observation: Observation
+        self, weights: Weights, memory: Memory, observation: PlanarObservation
     ) -> tuple[Memory, Action]:
         """Returns the new memory and the six joints' action."""
         left_stance = stance_leg(observation.contact, observation.ankle_x, memory.left_stance)
@@ -166,6 +167,26 @@ class LinearReactive:
             for name, weights in sets
             for row in tables.rows(name, np.asarray(weights), self._links(), NETWORKS, INPUTS)
         ]
+
+    def describe(self) -> Description:
+        """Returns the scales of the inputs, and what each network's output becomes."""
+        if self.output == "torque":
+            constants = {"torque_scale": np.full(len(NETWORKS), self.torque_scale, np.float32)}
+        else:
+            constants = {
+                "target_centre": TARGET_CENTRE,
+                "target_scale": TARGET_SCALE,
+                "stiffness": STIFFNESS,
+                "damping": DAMPING,
+            }
+        inputs = tables.described_inputs(ANGLES, ANGLE_CENTRE, ANGLE_SCALE, RATE_SCALE)
+        return Description(inputs, tables.described_networks(NETWORKS, constants), tables.ROLES)
+
+    def scaled(self, by: float) -> "LinearReactive":
+        """Returns the controller with its torques multiplied."""
+        return dataclasses.replace(
+            self, torque_scale=self.torque_scale * by, torque_limit=self.torque_limit * by
+        )
 
     def _links(self) -> Bool[np.ndarray, "6 16"]:
         return tables.mask(self.links, NETWORKS, INPUTS)
@@ -233,7 +254,7 @@ def stance_leg(
     return jnp.where(left & right, trailing, jnp.where(left | right, left, before))
 
 
-def sense(observation: Observation, left_stance: Bool[Array, ""]) -> Senses:
+def sense(observation: PlanarObservation, left_stance: Bool[Array, ""]) -> Senses:
     """Returns angles and rates by role; thighs are measured from the vertical, forward positive."""
     angle, rate = observation.angle, observation.rate
 

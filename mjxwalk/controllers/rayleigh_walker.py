@@ -19,10 +19,11 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from mjxwalk import gaits
+from mjxwalk.controllers.controller import Controller
 from mjxwalk.controllers.linear_reactive import stance_leg
 from mjxwalk.controllers.patterns import HarmonicGenes, HarmonicLegs, HarmonicNetwork
 from mjxwalk.controllers.rayleigh import Motion
-from mjxwalk.envs import Action, Observation
+from mjxwalk.envs import Action, PlanarObservation
 from mjxwalk.envs.checks import not_negative, positive
 from mjxwalk.envs.edge import takes_genotype
 
@@ -94,8 +95,8 @@ class Fitted(msgspec.Struct, frozen=True):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class RayleighWalker:
-    """Oscillators of human walking as a controller of `Planar7`.
+class RayleighWalker(Controller):
+    """Oscillators of human walking as a controller of a planar body with hips, knees and ankles.
 
     Attributes:
       posture: factor on the stance hip's answer to the trunk's lean; 0 leaves no sense at all.
@@ -126,18 +127,6 @@ class RayleighWalker:
             reset=zero,
         )
 
-    def mask(self) -> Gains:
-        """Returns that every number is there."""
-        return jax.tree.map(lambda leaf: jnp.ones(leaf.shape, bool), self.template())
-
-    def prunable(self) -> Gains:
-        """Returns -1 everywhere: none may go."""
-        return jax.tree.map(lambda leaf: jnp.full(leaf.shape, -1), self.template())
-
-    def networks(self) -> Gains:
-        """Returns the number of the mutation rate of each gene: all have one."""
-        return jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, int), self.template())
-
     @takes_genotype
     def init(self, genotype: Gains) -> Clock:
         """Returns the oscillators at the left heel's strike."""
@@ -145,7 +134,9 @@ class RayleighWalker:
         return Clock(_strike(left=True), jnp.zeros(()), jnp.ones((), bool), jnp.ones(2, bool))
 
     @takes_genotype
-    def act(self, genotype: Gains, memory: Clock, observation: Observation) -> tuple[Clock, Action]:
+    def act(
+        self, genotype: Gains, memory: Clock, observation: PlanarObservation
+    ) -> tuple[Clock, Action]:
         """Returns the oscillators at the time of the observation, and what the joints are to do."""
         legs, network = _oscillators()
         left_stance = stance_leg(observation.contact, observation.ankle_x, memory.left_stance)
@@ -184,7 +175,7 @@ class RayleighWalker:
         return jnp.concatenate([swung, ankle[:, None]], axis=1) + genotype.offset
 
     def _upright(
-        self, genotype: Gains, observation: Observation, left_stance: Bool[Array, ""]
+        self, genotype: Gains, observation: PlanarObservation, left_stance: Bool[Array, ""]
     ) -> Float[Array, "6"]:
         """Returns the torque that rights the trunk, at the stance hip, N m."""
         stiffness, damping = self.posture * POSTURE * jnp.exp(genotype.posture)
@@ -209,7 +200,7 @@ def _strike(*, left: bool) -> Motion:
     return Motion(jnp.array(start.angle)[order], jnp.array(start.rate)[order])
 
 
-def _landed(genotype: Gains, memory: Clock, observation: Observation) -> Motion:
+def _landed(genotype: Gains, memory: Clock, observation: PlanarObservation) -> Motion:
     """Returns the oscillators, moved towards a heel strike if the swing leg has just landed."""
     landed = observation.contact & ~memory.contact
     left = landed[0] & ~memory.left_stance

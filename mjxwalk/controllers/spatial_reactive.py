@@ -17,11 +17,11 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from mjxwalk.controllers import tables
+from mjxwalk.controllers.controller import Controller, Description
 from mjxwalk.controllers.linear_reactive import Memory, stance_leg
-from mjxwalk.envs import Action
+from mjxwalk.envs import Action, SpatialObservation
 from mjxwalk.envs.checks import positive
 from mjxwalk.envs.edge import takes_genotype
-from mjxwalk.envs.flame import Observation
 
 NETWORKS = (
     "torso",
@@ -110,8 +110,8 @@ class SpatialSenses(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class SpatialReactive:
-    """Seven linear networks over twenty-six inputs, for the body `Flame`.
+class SpatialReactive(Controller):
+    """Seven linear networks over twenty-six inputs, for legs that share their adduction.
 
     Attributes:
       links: "local" lets each network see its own angle, its rate and a bias only; "all" lets it
@@ -173,7 +173,7 @@ class SpatialReactive:
 
     @takes_genotype
     def act(
-        self, weights: SpatialWeights, memory: Memory, observation: Observation
+        self, weights: SpatialWeights, memory: Memory, observation: SpatialObservation
     ) -> tuple[Memory, Action]:
         """Returns the new memory and the seven motors' action.
 
@@ -208,16 +208,41 @@ class SpatialReactive:
         action = Action(torque, motors(target), motors(stiffness), motors(damping))
         return Memory(left_stance), action
 
+    def describe(self) -> Description:
+        """Returns the scales of the inputs, and what each network's output becomes."""
+        constants = {
+            "target_scale": TARGET_SCALE,
+            "target_lowest": TARGET_LOWEST,
+            "target_highest": TARGET_HIGHEST,
+            "stiffness": STIFFNESS,
+            "damping": DAMPING,
+        }
+        inputs = tables.described_inputs(
+            ANGLES, ANGLE_CENTRE, ANGLE_SCALE, RATE_SCALE, LARGEST_INPUT
+        )
+        return Description(inputs, tables.described_networks(NETWORKS, constants), tables.ROLES)
+
+    def scaled(self, by: float) -> "SpatialReactive":
+        """Returns the controller with its torques multiplied."""
+        return dataclasses.replace(
+            self, swing_limit=self.swing_limit * by, stance_limit=self.stance_limit * by
+        )
+
     def _links(self) -> Bool[np.ndarray, "7 26"]:
         return tables.mask(self.links, NETWORKS, INPUTS)
 
 
-def sense(observation: Observation, left_stance: Bool[Array, ""]) -> SpatialSenses:
+def sense(observation: SpatialObservation, left_stance: Bool[Array, ""]) -> SpatialSenses:
     """Returns angles and rates by role.
 
     Thighs are measured from the vertical, forward positive. Roll is positive to the stance foot's
     side, yaw away from it.
     """
+
+    if observation.adduction is None or observation.adduction_rate is None:
+        raise ValueError(
+            "the body has no adduction that both legs share, which this control senses"
+        )
 
     def by_role(
         torso: Float[Array, "3"], adduction: Float[Array, ""], joints: Float[Array, "2 4"]

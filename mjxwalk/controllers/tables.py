@@ -5,8 +5,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from mjxwalk.controllers.controller import Network, NetworkInput
 from mjxwalk.errors import near
 
+# Which leg is which to networks that belong to roles.
+ROLES = (
+    "The leg on the ground is the stance leg; of two on the ground the one whose ankle is behind; "
+    "in flight the one that was. The other leg is the swing leg."
+)
 Links = str | Mapping[str, tuple[str, ...]]
 
 
@@ -64,3 +70,44 @@ def rows(
         (weight_set, networks[int(i)], inputs[int(j)], float(values[i, j]))
         for i, j in np.argwhere(present)
     ]
+
+
+def described_inputs(
+    angles: Sequence[str],
+    centre: Float[np.ndarray, " angle"],
+    scale: Float[np.ndarray, " angle"],
+    rate_scale: Float[np.ndarray, " angle"],
+    limit: float | None = None,
+) -> tuple[NetworkInput, ...]:
+    """Returns networks' inputs: angles, their rates, double stance and a bias.
+
+    Args:
+      angles: their names.
+      centre: of the angles, rad.
+      scale: of the angles, rad.
+      rate_scale: of their rates, rad/s.
+      limit: at which scaled angles and rates are cut; None for none.
+    """
+    flat = [
+        *((name, "rad", c, s, limit) for name, c, s in zip(angles, centre, scale, strict=True)),
+        *(
+            (f"{name} rate", "rad/s", 0.0, s, limit)
+            for name, s in zip(angles, rate_scale, strict=True)
+        ),
+        ("double stance", "", 0.0, 1.0, None),
+        ("bias", "", 0.0, 1.0, None),
+    ]
+    return tuple(
+        NetworkInput(name=name, unit=unit, centre=float(c), scale=float(s), limit=most)
+        for name, unit, c, s, most in flat
+    )
+
+
+def described_networks(
+    names: Sequence[str], constants: Mapping[str, Float[np.ndarray, " network"]]
+) -> tuple[Network, ...]:
+    """Returns networks, each with its own of the constants."""
+    return tuple(
+        Network(name=name, constants={key: float(values[row]) for key, values in constants.items()})
+        for row, name in enumerate(names)
+    )

@@ -18,10 +18,10 @@ class Ahead:
     compiles can crash.
     """
 
-    def __init__(self, make: Callable[[], Trying], population: Any, heights: Any) -> None:
-        """Args: make: the evaluator. population, heights: of the shapes to compile for."""
+    def __init__(self, make: Callable[[], Trying], population: Any, trials: Any) -> None:
+        """Args: make: the evaluator. population, trials: of the shapes to compile for."""
         self._make = make
-        self._example = (population, heights)
+        self._example = (population, trials)
         self._made: Future[Trying] = Future()
         self._thread = threading.Thread(target=self._work, name="compile-ahead")
 
@@ -42,13 +42,13 @@ class Ahead:
         if self._made.done():
             self._made.result()
 
-    def evaluate(self, population: Any, heights: Any, /) -> Outcome:
-        """Returns the outcomes as numpy arrays [pop, terrain]; waits for the thread.
+    def evaluate(self, population: Any, trials: Any, /) -> Outcome:
+        """Returns the outcomes as numpy arrays [pop, trial]; waits for the thread.
 
         Ctrl-C interrupts the waiting. Raises what the thread raised.
         """
         self.start()
-        return self._made.result().evaluate(population, heights)
+        return self._made.result().evaluate(population, trials)
 
     @pinned()  # in a thread of its own
     def _work(self) -> None:

@@ -43,9 +43,9 @@ def choose(experiment: Evolvable, evaluator: Trying, state: RunState, key: PRNGK
         place = _best(experiment, evaluator, state.elites, key_choosing)
         genotype = jax.tree.map(lambda leaf: leaf[place], state.elites.genotypes)
         generation = int(state.elites.generation[place])
-    terrains = experiment.sample_terrains(key_reporting, NUM_REPORTING)
+    given = experiment.sample_trials(key_reporting, NUM_REPORTING)
     alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
-    trials = evaluator.evaluate(alone, terrains)
+    trials = evaluator.evaluate(alone, given)
     return Choice(
         genotype=genotype,
         champion=Champion(
@@ -83,9 +83,10 @@ def _best(experiment: Evolvable, evaluator: Trying, elites: Elites, key: PRNGKey
 
     Of those that get farthest on a few terrains, that is.
     """
-    terrains = experiment.sample_terrains(key, NUM_SCREENING + NUM_CHOOSING)
-    screening = jax.tree.map(lambda leaf: leaf[:NUM_SCREENING], terrains)
-    choosing = jax.tree.map(lambda leaf: leaf[NUM_SCREENING:], terrains)
+    given = experiment.sample_trials(key, NUM_SCREENING + NUM_CHOOSING)
+    screening, choosing = (
+        given.take(part) for part in (slice(NUM_SCREENING), slice(NUM_SCREENING, None))
+    )
     # Empty places are evaluated too: what is compiled for all then serves every run.
     distance = over_terrains(evaluator.evaluate(elites.genotypes, screening).distance)
     distance = np.where((elites.generation > 0) & np.isfinite(distance), distance, -np.inf)

@@ -69,8 +69,8 @@ class Evolvable(Protocol):
         """Returns the roughness of the generation after one of that roughness and fitness, m."""
         ...
 
-    def sample_terrains(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Any:
-        """Returns terrains, leaves [num, ...]; without a roughness those that count in the end."""
+    def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Any:
+        """Returns trials; without a roughness those that count in the end."""
         ...
 
 
@@ -83,10 +83,10 @@ class Evaluator(Protocol):
         """Seconds spent compiling so far."""
         ...
 
-    def prepare(self, population: Any, heights: Any, /) -> None:
+    def prepare(self, population: Any, trials: Any, /) -> None:
         """Compiles for arguments of these shapes, which may be all that they have."""
         ...
 
-    def evaluate(self, population: Any, heights: Any, /) -> Outcome:
-        """Returns the outcomes as numpy arrays [pop, terrain]."""
+    def evaluate(self, population: Any, trials: Any, /) -> Outcome:
+        """Returns the outcomes as numpy arrays [pop, trial]."""
         ...

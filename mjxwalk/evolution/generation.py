@@ -133,14 +133,14 @@ class Evolution:
 
         def shapes(key: PRNGKeyArray, template: Any) -> Any:
             population, _ = self._population(key, template)
-            return population, experiment.sample_terrains(key, experiment.terrains_per_evaluation)
+            return population, experiment.sample_trials(key, experiment.terrains_per_evaluation)
 
         self._evaluator.prepare(*jax.eval_shape(shapes, jax.random.key(0), template))
 
     def _rehearse(self, strategy: Any) -> None:
         """Compiles what a generation does with the strategy's state, by doing it for nothing."""
         key = jax.random.key(0)
-        self._experiment.sample_terrains(key, self._experiment.terrains_per_evaluation)
+        self._experiment.sample_trials(key, self._experiment.terrains_per_evaluation)
         population, asked = self._ask(key, strategy)
         size = jax.tree.leaves(population)[0].shape[0]
         self._tell(key, _on_host(population), np.zeros(size, np.float32), asked)
@@ -157,15 +157,15 @@ class Evolution:
         compiled = self._evaluator.compile_s
         generation = int(state.generation) + 1
         key = jax.random.fold_in(jax.random.wrap_key_data(jnp.asarray(state.key)), generation)
-        key_ask, key_terrains, key_tell, *keys_goal = jax.random.split(key, 5)
+        key_ask, key_trials, key_tell, *keys_goal = jax.random.split(key, 5)
         experiment = self._experiment
-        terrains = experiment.sample_terrains(
-            key_terrains, experiment.terrains_per_evaluation, float(state.roughness)
+        trials = experiment.sample_trials(
+            key_trials, experiment.terrains_per_evaluation, float(state.roughness)
         )
         population, asked = self._ask(key_ask, state.strategy)
         population = _on_host(population)
         asking_done = time.perf_counter()
-        outcome = self._evaluator.evaluate(population, terrains)
+        outcome = self._evaluator.evaluate(population, trials)
         evaluating_done = time.perf_counter()
         fitness = over_terrains(outcome.fitness)
         strategy, told = self._tell(key_tell, population, fitness, asked)

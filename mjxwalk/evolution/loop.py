@@ -118,8 +118,8 @@ def ahead(
     if make is None:
         raise ValueError(f"fine_trials is {goal.fine_trials} and make_finer is missing")
     alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], experiment.template())
-    terrains = experiment.sample_terrains(jax.random.key(0), goal.fine_trials)
-    return stack.enter_context(Ahead(make, alone, terrains))
+    trials = experiment.sample_trials(jax.random.key(0), goal.fine_trials)
+    return stack.enter_context(Ahead(make, alone, trials))
 
 
 def _begin(path: Path, evolution: Evolution, config: Config, reporter: Reporter) -> RunState:

@@ -75,16 +75,16 @@ class Shared:
         """Seconds that this process spent compiling so far."""
         return self._own.compile_s
 
-    def prepare(self, population: Any, heights: Any, /) -> None:
+    def prepare(self, population: Any, trials: Any, /) -> None:
         """Compiles for a part of arguments of these shapes."""
         size = _share(jax.tree.leaves(population)[0].shape[0])
         part = jax.tree.map(
             lambda leaf: jax.ShapeDtypeStruct((size, *leaf.shape[1:]), leaf.dtype), population
         )
-        self._own.prepare(part, heights)
+        self._own.prepare(part, trials)
 
-    def evaluate(self, population: Any, heights: Any, /) -> Outcome:
-        """Returns the outcomes of all as numpy arrays [pop, terrain].
+    def evaluate(self, population: Any, trials: Any, /) -> Outcome:
+        """Returns the outcomes of all as numpy arrays [pop, trial].
 
         Raises:
           RunError: another process has ended.
@@ -94,7 +94,7 @@ class Shared:
         # Parts of one size: what the last has too few of, it fills up with the last walker.
         places = np.minimum(jax.process_index() * size + np.arange(size), total - 1)
         part = jax.tree.map(lambda leaf: np.asarray(leaf)[places], population)
-        own = self._own.evaluate(part, heights)
+        own = self._own.evaluate(part, trials)
         return jax.tree.map(lambda leaf: _gathered(leaf)[:total], own)
 
 

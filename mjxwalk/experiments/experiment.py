@@ -6,19 +6,20 @@ from typing import Any, Literal
 
 import jax
 import numpy as np
-from jaxtyping import Array, Float, PRNGKeyArray
+from jaxtyping import Float, PRNGKeyArray
 
 from mjxwalk import budget, strategies
-from mjxwalk.controllers import CtrnnWalker, LinearReactive, SpatialReactive
-from mjxwalk.controllers.rayleigh_walker import RayleighWalker
-from mjxwalk.envs import Flame, Planar7, Reil, Terrain, checks
+from mjxwalk.controllers.controller import missing
+from mjxwalk.envs import Trial, Trials, checks
 from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.ramp import RoughnessRamp
-from mjxwalk.rollout import Outcome, rollout
+from mjxwalk.rollout import Environment, Outcome, rollout
 from mjxwalk.runs import RunError, unflatten
 from mjxwalk.settings import override
 from mjxwalk.strategies.masks import MaskedState
+
+ENVIRONMENT = ("timestep", "sample_trials", "reset", "observe", "step", "fitness")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -64,8 +65,8 @@ class Experiment:
     """
 
     name: str
-    env: Planar7 | Flame | Reil
-    controller: LinearReactive | SpatialReactive | RayleighWalker | CtrnnWalker
+    env: Any  # an `Environment`; the annotation of a setting must be a class or Any
+    controller: Any  # a `Controller`
     strategy: StrategyChoice
     population_size: int
     generations: int
@@ -89,11 +90,22 @@ class Experiment:
                 "restart_after must be null where links are pruned or start is population: a "
                 f"restart would lose what was evolved before, got {self.restart_after}"
             )
+        if not isinstance(self.env, Environment):
+            raise ValueError(
+                f"env must have {', '.join(ENVIRONMENT)}, as a LeggedEnv has, got "
+                f"{type(self.env).__name__}"
+            )
+        lacks = missing(self.controller)
+        if lacks:
+            raise ValueError(
+                f"controller {type(self.controller).__name__} has no {', '.join(lacks)}; derive it "
+                "from mjxwalk.controllers.Controller, which has all but template and act"
+            )
         self._arena()
         if self.goal.is_fine:
             self.finer(self.goal.fine_factor)  # refuses too short a step
 
-    def _arena(self) -> Planar7 | Flame | Reil:
+    def _arena(self) -> Any:
         env = self.env
         for path, value in self.arena.items():
             try:
@@ -174,19 +186,14 @@ class Experiment:
             return roughness
         return self.ramp.after(roughness, fitness, self.env.terrain.roughness)
 
-    def sample_terrains(
-        self, key: PRNGKeyArray, num: int, roughness: float | None = None
-    ) -> Float[Array, " terrain *node"]:
-        """Returns terrains, heights in m; of the environment's own roughness if none is given.
+    def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Trials:
+        """Returns trials; on ground of the environment's own roughness if none is given, m.
 
         Raises:
           RunError: they do not fit into memory.
         """
-        terrain = self.env.terrain
-        budget.check_grounds(terrain, num)
-        if roughness is not None and roughness != terrain.roughness:
-            terrain = dataclasses.replace(terrain, roughness=roughness)
-        return terrain.sample(key, num)
+        budget.check_grounds(self.env.terrain, num)
+        return self.env.sample_trials(key, num, roughness)
 
     def tried(self) -> "Experiment":
         """Returns the experiment as its walkers are tried, once they have evolved."""
@@ -200,9 +207,9 @@ class Experiment:
         goal = dataclasses.replace(self.goal, fine_trials=0)  # which are these
         return dataclasses.replace(self, env=env, goal=goal)
 
-    def rollout(self, genotype: Any, terrain: Terrain) -> Outcome:
-        """Returns what one walker does on one terrain."""
-        return rollout(self.env, self.controller, genotype, terrain)
+    def rollout(self, genotype: Any, given: Trial) -> Outcome:
+        """Returns what one walker does in one trial."""
+        return rollout(self.env, self.controller, genotype, given)
 
     def weight_table(self, genotype: Any) -> list[tuple[str, str, str, float]]:
         """Returns a genotype as rows of weight set, network, input and value; links only."""

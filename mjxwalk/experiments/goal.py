@@ -7,6 +7,7 @@ import jax
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
+from mjxwalk.envs import Trials
 from mjxwalk.rollout import Outcome
 
 NUM_CANDIDATES = 4  # ours: the fittest of a generation is often only lucky on its terrain
@@ -18,8 +19,8 @@ NUM_SCREENING = 8  # ours: on as many terrains most walkers that fall have shown
 class Trying(Protocol):
     """Runs an experiment's rollout for populations."""
 
-    def evaluate(self, population: Any, heights: Any, /) -> Outcome:
-        """Returns the outcomes as numpy arrays [pop, terrain]."""
+    def evaluate(self, population: Any, trials: Trials, /) -> Outcome:
+        """Returns the outcomes as numpy arrays [pop, trial]."""
         ...
 
 
@@ -74,10 +75,10 @@ class Goal:
         the finer time step. The terrains are of the environment's own roughness.
 
         Args:
-          experiment: what samples terrains.
+          experiment: what samples trials.
           evaluator: tries the genotypes.
           population: of the generation, leaves [pop, ...].
-          outcome: of the generation, numpy arrays [pop, terrain].
+          outcome: of the generation, numpy arrays [pop, trial].
           keys: of the terrains and of those of the fine trials, used up.
           finer: tries genotypes at the finer time step.
 
@@ -93,9 +94,8 @@ class Goal:
         fitness = outcome.fitness[hopeful].mean(axis=1)
         # Always as many, in case of need the same one again: what is compiled for it then serves.
         places = np.resize(hopeful[np.argsort(-fitness, kind="stable")], NUM_CANDIDATES)
-        terrains = experiment.sample_terrains(key, self.trials)
-        few = jax.tree.map(lambda leaf: leaf[:NUM_SCREENING], terrains)
-        screened = evaluator.evaluate(take(population, places), few)
+        trials: Trials = experiment.sample_trials(key, self.trials)
+        screened = evaluator.evaluate(take(population, places), trials.take(slice(NUM_SCREENING)))
         passed = self._passed(screened)
         if not passed.any():
             return None
@@ -103,12 +103,12 @@ class Goal:
         place = places[[np.argmax(distance)]]
         walker = take(population, place)
         # Who falls now and then has mostly done so on the first of them.
-        for part in (terrains[:NUM_EARLY], terrains[NUM_EARLY:]):
-            if len(part) and not self._passed(evaluator.evaluate(walker, part)).all():
+        for part in (trials.take(slice(NUM_EARLY)), trials.take(slice(NUM_EARLY, None))):
+            if part.num and not self._passed(evaluator.evaluate(walker, part)).all():
                 return None
         if self.is_fine and finer is not None:
-            ground = experiment.sample_terrains(key_fine, self.fine_trials)
-            if not self._passed(finer.evaluate(walker, ground)).all():
+            fine = experiment.sample_trials(key_fine, self.fine_trials)
+            if not self._passed(finer.evaluate(walker, fine)).all():
                 return None
         return int(place[0])
 

@@ -8,8 +8,8 @@ import dataclasses
 import math
 from typing import Any
 
-from mjxwalk.controllers import LinearReactive, SpatialReactive
-from mjxwalk.envs import Flame, Planar7, flame_body, planar7_body
+from mjxwalk.envs import Flame, Planar7
+from mjxwalk.envs.bodies import flame_body, planar7_body
 from mjxwalk.experiments.experiment import Experiment
 
 BODIES = (Planar7, Flame)
@@ -45,7 +45,7 @@ def with_body(experiment: Any, text: str) -> Experiment:
         experiment,
         env=env,
         arena=arena,
-        controller=_stronger(experiment.controller, stronger),
+        controller=experiment.controller.scaled(stronger),
     )
 
 
@@ -80,14 +80,3 @@ def _spatial(env: Flame, text: str) -> Flame:
     given = {"ankle_roll_stiffness": stiffness, "ankle_roll_damping": damping}
     # A file without springs there leaves ours: the joint has no motor, and would swing free.
     return dataclasses.replace(env, body=text, **(given if stiffness or damping else {}))
-
-
-def _stronger(controller: Any, by: float) -> Any:
-    """Returns the controller with its torques multiplied."""
-    names = ()
-    if isinstance(controller, LinearReactive):
-        names = ("torque_scale", "torque_limit")
-    elif isinstance(controller, SpatialReactive):
-        names = ("swing_limit", "stance_limit")
-    changes: dict[str, Any] = {name: getattr(controller, name) * by for name in names}
-    return dataclasses.replace(controller, **changes)

@@ -23,7 +23,7 @@ from mjxwalk.controllers.patterns import (
     stride_time,
 )
 from mjxwalk.controllers.rayleigh import Motion
-from mjxwalk.envs import checks
+from mjxwalk.envs import Trial, Trials, checks
 from mjxwalk.experiments.experiment import StrategyChoice
 from mjxwalk.experiments.goal import Goal
 from mjxwalk.gaits import NUM_POINTS, Gait
@@ -170,12 +170,10 @@ class RayleighFit:
         del roughness, fitness
         return 0.0
 
-    def sample_terrains(
-        self, key: PRNGKeyArray, num: int, roughness: float | None = None
-    ) -> Float[Array, "terrain node"]:
+    def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Trials:
         """Returns flat ground that nobody stands on."""
         del key, roughness
-        return jnp.zeros((num, 1))
+        return Trials(jnp.zeros((num, 1)))
 
     def simulate(self, genotype: Any, cycles: int, start: Any = None) -> Motion:
         """Returns the joints' motion at every percent of some cycles from the start on: [time, 4].
@@ -214,9 +212,9 @@ class RayleighFit:
         fit = fits.measure(self, genotype)
         return fit.by_joint() | {"worst once settled": float(fit.settled_rms.max())}
 
-    def rollout(self, genotype: Any, terrain: Any) -> Outcome:
-        """Returns the fitness of one genotype; there is no terrain."""
-        del terrain
+    def rollout(self, genotype: Any, given: Trial) -> Outcome:
+        """Returns the fitness of one genotype; there is no ground."""
+        del given
         generator, gait = self.generator(), self.target()
         network, state = generator.begin(genotype, gait)
         timestep = stride_time(gait) / NUM_POINTS

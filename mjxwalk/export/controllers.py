@@ -66,17 +66,18 @@ def as_onnx(walker: Walker) -> bytes:
     """
     controller = walker.experiment.controller
     observation = contract.observation_of(walker.experiment.env)
+    sensed = contract.sensed(walker.experiment.env)
     start = controller.init(walker.genotype)
     tree = jax.tree.structure(start)
     memories = contract.memory_of(walker)
 
     def step(**values: Any) -> dict[str, Any]:
-        seen = type(observation)(**{name: values[name] for name in observation._fields})
+        seen = observation._replace(**{name: values[name] for name in sensed})
         memory = jax.tree.unflatten(tree, [values[name] for name in memories])
         after, action = controller.act(walker.genotype, memory, seen)
         remembered = (f"{NEXT}{name.removeprefix(contract.MEMORY)}" for name in memories)
         return action._asdict() | dict(zip(remembered, jax.tree.leaves(after), strict=True))
 
-    senses = {**observation._asdict(), **memories}
+    senses = {**sensed, **memories}
     like = {name: jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for name, leaf in senses.items()}
     return tracing.to_onnx(step, like)

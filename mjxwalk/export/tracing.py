@@ -30,6 +30,7 @@ PLAIN = {
     "abs": "Abs",
     "exp": "Exp",
     "log": "Log",
+    "logistic": "Sigmoid",
     "sin": "Sin",
     "cos": "Cos",
     "tanh": "Tanh",
@@ -211,13 +212,25 @@ class _Graph:
         if primitive == "gather" and not isinstance(operands[1], str):
             numbers = params["dimension_numbers"]
             array = equation.invars[0].aval
-            if array.ndim == 1 and tuple(numbers.collapsed_slice_dims) == (0,):
+            offsets = range(len(shape) - array.ndim + 1, len(shape))
+            if (
+                tuple(numbers.collapsed_slice_dims) == tuple(numbers.start_index_map) == (0,)
+                and tuple(numbers.offset_dims) == tuple(offsets)
+                and tuple(params["slice_sizes"])[1:] == array.shape[1:]
+            ):
                 return self.node("Gather", [operands[0], np.asarray(operands[1])[..., 0]], axis=0)
         if primitive == "dot_general":
             (left, right), (batch, _) = params["dimension_numbers"]
-            last = equation.invars[0].aval.ndim - 1
-            second = max(equation.invars[1].aval.ndim - 2, 0)
-            if not batch and tuple(left) == (last,) and tuple(right) == (second,):
+            if not batch and len(left) == 1:
+                # MatMul takes the last axis of the one and the last but one of the other.
+                dims = [variable.aval.ndim for variable in equation.invars]
+                places = dims[0] - 1, max(dims[1] - 2, 0)
+                operands = [
+                    self._with_axis_at(operand, num, int(axis), place)
+                    for operand, num, (axis,), place in zip(
+                        operands, dims, (left, right), places, strict=True
+                    )
+                ]
                 product = self.node("MatMul", operands)
                 return product if math.prod(shape) != 1 else self._reshaped(product, shape)
         raise RunError(
@@ -227,6 +240,16 @@ class _Graph:
 
     def _reshaped(self, value: Any, shape: Sequence[int]) -> str:
         return self.node("Reshape", [value, np.asarray(shape, np.int64)])
+
+    def _with_axis_at(self, value: Any, num: int, axis: int, place: int) -> Any:
+        """Returns an array of so many axes with one of them moved to another place."""
+        if axis == place:
+            return value
+        order = [each for each in range(num) if each != axis]
+        order.insert(place, axis)
+        if not isinstance(value, str):
+            return np.transpose(value, order)
+        return self.node("Transpose", [value], perm=order)
 
     def _sliced(self, value: Any, *parts: list[int]) -> str:
         start, stop, steps, axes = (np.asarray(part, np.int64) for part in parts)

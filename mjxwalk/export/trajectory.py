@@ -6,14 +6,12 @@ from typing import Any
 import jax
 import numpy as np
 
-from mjxwalk import replay
+from mjxwalk import forces, replay
 from mjxwalk.engines.pinning import pinned
-from mjxwalk.envs import Terrain
-from mjxwalk.export import contract
+from mjxwalk.envs import LeggedEnv
 from mjxwalk.export.sto import Table
 from mjxwalk.settings import override
 from mjxwalk.walker import Walker
-from mjxwalk.watch import bodies, forces
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -39,27 +37,26 @@ def record(walker: Walker, take: Take) -> Table:
 
     Raises:
       ValueError: the frame rate or the duration is wrong.
-      RunError: the body is not known here, or the roughness is refused.
+      RunError: the roughness is refused.
     """
     experiment = walker.experiment.tried()
-    contract.observation_of(experiment.env)  # refuses bodies that are not known
     if take.roughness is not None:
         experiment = override(experiment, "env.terrain.roughness", str(take.roughness))
     env = experiment.env
-    heights = np.asarray(experiment.sample_terrains(jax.random.key(take.terrain_seed), 1))
-    terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
+    trials = experiment.sample_trials(jax.random.key(take.terrain_seed), 1)
+    given = trials.given(np.zeros(1, np.int32))
     recording = replay.record(
         env,
         experiment.controller,
         jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype),
-        terrain,
+        given,
         duration=min(take.seconds, env.max_time),
         frames_per_second=take.frames_per_second,
     )
-    felt = forces.measure(env, experiment.controller, walker.genotype, terrain, recording, 0)
+    felt = forces.measure(env, experiment.controller, walker.genotype, given, recording, 0)
     states, done = recording.states, recording.done[:, 0]
     frames = int(np.argmax(done)) + 1 if done[-1] else len(done)
-    steps = np.asarray(states.num_steps[:frames, 0], np.float64)
+    steps = np.asarray(states.trial.num_steps[:frames, 0], np.float64)
     columns = [
         # Not the recording's: its times are float32, whose last digits no one wants to see.
         np.round(steps * env.timestep, 9)[:, None],
@@ -72,16 +69,15 @@ def record(walker: Walker, take: Take) -> Table:
     return Table(_title(walker), _notes(take, experiment), names(env), rows)
 
 
-def names(env: Any) -> tuple[str, ...]:
+def names(env: LeggedEnv) -> tuple[str, ...]:
     """Returns the names of the columns."""
-    coordinates, motors = contract.coordinate_names(env), contract.motor_names(env)
-    points = bodies.layout(env).points
+    anatomy = env.anatomy
     return (
         "time",
-        *coordinates,
-        *(f"{name}_rate" for name in coordinates),
-        *(f"{name}_torque" for name in motors),
-        *(f"{point}_force_{axis}" for point in points for axis in "xyz"),
+        *anatomy.names,
+        *(f"{name}_rate" for name in anatomy.names),
+        *(f"{motor.name}_torque" for motor in anatomy.motors),
+        *(f"{point.name}_force_{axis}" for point in anatomy.points for axis in "xyz"),
     )
 
 

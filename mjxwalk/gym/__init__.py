@@ -1,8 +1,8 @@
 """Our bodies as tasks of reinforcement learning.
 
-Importing it makes `gymnasium.make("mjxwalk/Planar7-v0")` and `"mjxwalk/Flame-v0"` known, and
-`gymnasium.make_vec` of the same; `gymnasium.make("mjxwalk.gym:mjxwalk/Planar7-v0")` imports it by
-itself. Where gymnasium is not installed, `MjxEnv` is there nevertheless.
+Importing it makes `gymnasium.make("mjxwalk/NAME-v0")` and `gymnasium.make_vec` known, of every
+NAME in `mjxwalk.envs.BODIES`; `gymnasium.make("mjxwalk.gym:mjxwalk/NAME-v0")` imports it by itself.
+Where gymnasium is not installed, `MjxEnv` is there nevertheless.
 """
 
 from mjxwalk.gym.mjx_env import MjxEnv, State

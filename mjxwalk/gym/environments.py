@@ -11,10 +11,10 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 
 from mjxwalk import forking
-from mjxwalk.envs import Flame, Planar7
+from mjxwalk.envs import BODIES
 from mjxwalk.gym.mjx_env import MjxEnv, State
 
-KINDS = {"Planar7": Planar7, "Flame": Flame}
+DEFAULT = next(iter(BODIES))
 RENDER_SIZE = (480, 360)
 
 
@@ -24,9 +24,9 @@ def make_task(body: str, env: Any) -> MjxEnv:
     Raises:
       ValueError: there is no such body.
     """
-    if body not in KINDS:
-        raise ValueError(f"body must be one of {', '.join(KINDS)}, got {body!r}")
-    return MjxEnv(KINDS[body]() if env is None else env)
+    if body not in BODIES:
+        raise ValueError(f"body must be one of {', '.join(BODIES)}, got {body!r}")
+    return MjxEnv(BODIES[body]() if env is None else env)
 
 
 @functools.lru_cache(maxsize=8)
@@ -65,12 +65,12 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
     metadata = {"render_modes": ["rgb_array"], "render_fps": 100}
 
     def __init__(
-        self, body: str = "Planar7", env: Any = None, render_mode: str | None = None
+        self, body: str = DEFAULT, env: Any = None, render_mode: str | None = None
     ) -> None:
         """Makes the environment.
 
         Args:
-          body: "Planar7" or "Flame".
+          body: one of `mjxwalk.envs.BODIES`.
           env: one of these with other settings, such as a rougher terrain; None for the usual.
           render_mode: "rgb_array" or None.
 
@@ -114,7 +114,7 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
             raise RuntimeError("call reset before step")
         state = self._step(self._state, as_actions(action, (self.task.action_size,)))
         self._state = state
-        fell, done = bool(state.data.fell), bool(state.done)
+        fell, done = bool(state.data.trial.fell), bool(state.done)
         told = {name: float(value) for name, value in state.metrics.items()}
         return np.array(state.obs), float(state.reward), fell, done and not fell, told
 
@@ -127,7 +127,7 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
         data, info = self._state.data, self._state.info
         if self._painter is None:
             self._painter = Still(self.task.env, RENDER_SIZE)
-        heights = np.asarray(info["terrain"])[int(info["row"])]
+        heights = np.asarray(info["trials"].heights)[int(info["row"])]
         return self._painter.picture(heights, np.asarray(data.qpos, np.float64))
 
     def close(self) -> None:
@@ -145,7 +145,7 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
     def __init__(
         self,
         num_envs: int = 1,
-        body: str = "Planar7",
+        body: str = DEFAULT,
         env: Any = None,
         num_terrains: int = 64,
         render_mode: str | None = None,
@@ -177,7 +177,7 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
         self.action_space = batch(self.single_action_space, num_envs)
         self._num_terrains = num_terrains
         self._compiled_step = jax.jit(self._advance)
-        self._heights: Any = None
+        self._trials: Any = None
         self._key: Any = None
         self._datas: Any = None
 
@@ -195,9 +195,9 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
         self._key, key_terrain = jax.random.split(
             jax.random.key(int(self.np_random.integers(2**31)))
         )
-        self._heights = self.task.env.terrain.sample(key_terrain, self._num_terrains)
+        self._trials = self.task.env.sample_trials(key_terrain, self._num_terrains)
         self._key, key = jax.random.split(self._key)
-        self._datas, obs = jax.jit(self._started)(key, self._heights)
+        self._datas, obs = jax.jit(self._started)(key, self._trials)
         return np.array(obs), {}
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
@@ -213,27 +213,27 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
             raise RuntimeError("call reset before step")
         given = as_actions(actions, (self.num_envs, self.task.action_size))
         self._key, key = jax.random.split(self._key)
-        self._datas, found = self._compiled_step(self._datas, given, key, self._heights)
+        self._datas, found = self._compiled_step(self._datas, given, key, self._trials)
         obs, reward, fell, done, metrics = jax.tree.map(np.array, found)
         known = {f"_{name}": np.ones(self.num_envs, bool) for name in metrics}
         return obs, reward.astype(np.float64), fell, done & ~fell, metrics | known
 
-    def _started(self, key: Any, heights: Any) -> tuple[Any, Any]:
+    def _started(self, key: Any, trials: Any) -> tuple[Any, Any]:
         rows = jax.random.randint(key, (self.num_envs,), 0, self._num_terrains)
 
         def begin(row: Any) -> tuple[Any, Any]:
-            state = self.task.begin(heights, row, key)
+            state = self.task.begin(trials, row, key)
             return (state.data, row), state.obs
 
         return jax.vmap(begin)(rows)
 
-    def _advance(self, datas: Any, actions: Any, key: Any, heights: Any) -> tuple[Any, Any]:
-        anew, _ = self._started(key, heights)
+    def _advance(self, datas: Any, actions: Any, key: Any, trials: Any) -> tuple[Any, Any]:
+        anew, _ = self._started(key, trials)
 
         def one(old: Any, new: Any, action: Any) -> tuple[Any, Any]:
-            was_done = old[0].done
+            was_done = old[0].trial.done
             data, row = jax.tree.map(lambda a, b: jnp.where(was_done, b, a), old, new)
-            begun = self.task.begin(heights, row, key).replace(data=data)
+            begun = self.task.begin(trials, row, key).replace(data=data)
             after = self.task.step(begun, action)
             # A walker that starts anew does nothing in this step, whatever it is told.
             kept = jax.tree.map(lambda a, b: jnp.where(was_done, a, b), data, after.data)
@@ -241,9 +241,9 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
             return (kept, row), (
                 self.task.observe(kept),
                 reward,
-                kept.fell,
-                kept.done,
-                {"distance_m": kept.qpos[0], "torque_cost": kept.torque_cost},
+                kept.trial.fell,
+                kept.trial.done,
+                {"distance_m": kept.qpos[0], "torque_cost": kept.trial.torque_cost},
             )
 
         return jax.vmap(one)(datas, anew, actions)

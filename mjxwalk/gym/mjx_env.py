@@ -8,19 +8,11 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.envs import Action, Flame, Planar7, Terrain, flame_body, planar7_body
-from mjxwalk.watch import bodies
+from mjxwalk.envs import BODIES, LeggedEnv, Trials
 
 CONTROL_SECONDS = 0.01  # ours: a hundred decisions a second, as is usual for walking robots
-# Torque for an action of one, N m; ours, as the linear controllers are limited to.
-LARGEST_TORQUE = {
-    Planar7: np.full(6, 300.0, np.float32),
-    Flame: np.array([60.0, *[80.0, 60.0, 20.0] * 2], np.float32),
-}
-JOINT_DAMPING = {Planar7: 2.0, Flame: 0.2}  # N m s/rad; ours: tames random torques
 RATE_SCALE = 0.1  # of rates in an observation, s/rad; ours
 
 
@@ -28,12 +20,12 @@ class State(NamedTuple):
     """Where an environment is, as Playground has it.
 
     Attributes:
-      data: state of our body; the terrain under it comes along in `info`.
+      data: state of our body; its trial comes along in `info`.
       obs: what the policy sees.
       reward: of the last step, m: how much farther the hip is.
       done: 1.0 if the trial is over, else 0.0.
       metrics: figures to log.
-      info: all else; "terrain" is the table of heights, "key" a random key.
+      info: all else; "trials" are those that walkers share, "key" is a random key.
     """
 
     data: Any
@@ -49,43 +41,40 @@ class State(NamedTuple):
 
 
 class MjxEnv:
-    """A body that is to walk as far as it can, by torques from -1 to 1.
+    """A body that is to walk as far as it can, by actions from -1 to 1.
 
     The sum of all rewards is the distance that we evolve walkers for.
     """
 
-    def __init__(self, env: Planar7 | Flame | None = None, *, ctrl_dt: float = CONTROL_SECONDS):
+    def __init__(self, env: Any = None, *, ctrl_dt: float = CONTROL_SECONDS):
         """Makes the task.
 
         Args:
-          env: body, ground and rules of the trials; None for `Planar7` as it is.
+          env: body, ground and rules of the trials; None for the first of `BODIES` as it is.
           ctrl_dt: from one action to the next, s.
 
         Raises:
-          ValueError: the body is not known here, or the time is shorter than a physics step.
+          ValueError: `env` is no `LeggedEnv`, or the time is shorter than a physics step.
         """
-        env = Planar7() if env is None else env
-        if type(env) not in LARGEST_TORQUE:
-            known = " and ".join(kind.__name__ for kind in LARGEST_TORQUE)
-            raise ValueError(f"env must be one of {known}, got {type(env).__name__}")
+        env = next(iter(BODIES.values()))() if env is None else env
+        if not isinstance(env, LeggedEnv):
+            raise ValueError(f"env must be a LeggedEnv, got {type(env).__name__}")
         if round(ctrl_dt / env.timestep) < 1:
             raise ValueError(f"ctrl_dt must be at least a step of {env.timestep} s, got {ctrl_dt}")
-        self.env: Any = env
+        self.env: LeggedEnv = env
         self._substeps = round(ctrl_dt / env.timestep)
-        self._torque = LARGEST_TORQUE[type(env)]
-        self._damping = np.full(len(self._torque), JOINT_DAMPING[type(env)], np.float32)
 
     def reset(self, rng: PRNGKeyArray) -> State:
         """Returns a walker at the start of a trial on a terrain of its own."""
         key, key_terrain = jax.random.split(rng)
-        return self.begin(self.env.terrain.sample(key_terrain, 1), jnp.zeros((), jnp.int32), key)
+        return self.begin(self.env.sample_trials(key_terrain, 1), jnp.zeros((), jnp.int32), key)
 
-    def begin(self, heights: Float[Array, " terrain *node"], row: Array, key: Any) -> State:
-        """Returns a walker at the start of a trial on a terrain of a table that walkers share."""
-        data = self.env.reset(Terrain(heights, row))
+    def begin(self, trials: Trials, row: Array, key: Any) -> State:
+        """Returns a walker at the start of one of the trials that walkers share."""
+        data = self.env.reset(trials.given(row))
         zero = jnp.zeros(())
         metrics = {"distance_m": data.qpos[0], "torque_cost": zero, "fell": zero}
-        info = {"terrain": heights, "row": row, "key": key}
+        info = {"trials": trials, "row": row, "key": key}
         return State(
             data=data, obs=self.observe(data), reward=zero, done=zero, metrics=metrics, info=info
         )
@@ -99,27 +88,25 @@ class MjxEnv:
         action = jnp.asarray(action, float)
         if action.shape != (self.action_size,):
             raise ValueError(f"action must have shape ({self.action_size},), got {action.shape}")
-        ground = Terrain(state.info["terrain"], state.info["row"])
-        nothing = jnp.zeros_like(action)
-        torque = jnp.asarray(self._torque) * jnp.clip(action, -1.0, 1.0)
-        given = Action(torque, nothing, nothing, jnp.asarray(self._damping))
+        given = state.info["trials"].given(state.info["row"])
+        asked = self.env.scaled_action(action)
 
         def substep(_: Any, data: Any) -> Any:
-            after = self.env.step(data, given, ground)
+            after = self.env.step(data, asked, given)
             # Who has fallen lies where it fell.
-            return jax.tree.map(lambda old, new: jnp.where(data.done, old, new), data, after)
+            return jax.tree.map(lambda old, new: jnp.where(data.trial.done, old, new), data, after)
 
         data = jax.lax.fori_loop(0, self._substeps, substep, state.data)
         metrics = {
             "distance_m": data.qpos[0],
-            "torque_cost": data.torque_cost,
-            "fell": data.fell.astype(jnp.float32),
+            "torque_cost": data.trial.torque_cost,
+            "fell": data.trial.fell.astype(jnp.float32),
         }
         return state.replace(
             data=data,
             obs=self.observe(data),
             reward=data.qpos[0] - state.data.qpos[0],
-            done=data.done.astype(jnp.float32),
+            done=data.trial.done.astype(jnp.float32),
             metrics=state.metrics | metrics,
         )
 
@@ -128,7 +115,7 @@ class MjxEnv:
 
         Neither the time nor the place, so that what is learned holds for ever and everywhere.
         """
-        slides = 2 if isinstance(self.env, Planar7) else 3
+        slides = self.env.anatomy.root.num_slides
         seen = self.env.observe(data)
         return jnp.concatenate(
             [
@@ -143,19 +130,18 @@ class MjxEnv:
     @property
     def xml_path(self) -> str:
         """The body's file, of our own bodies; `mj_model` is right of all."""
-        planar = isinstance(self.env, Planar7)
-        return str(planar7_body.MODEL_PATH if planar else flame_body.MODEL_PATH)
+        return str(self.env.XML_PATH or "")
 
     @property
     def action_size(self) -> int:
-        """Motors; `motor_names` of `mjxwalk.export.contract` tells which."""
-        return len(bodies.layout(self.env).motors)
+        """Motors; the anatomy's `motors` tell which."""
+        return len(self.env.anatomy.motors)
 
     @property
     def observation_size(self) -> int:
         """Numbers that the policy sees."""
-        coordinates = 9 if isinstance(self.env, Planar7) else 15
-        return 2 * coordinates - (2 if isinstance(self.env, Planar7) else 3) + 4
+        anatomy = self.env.anatomy
+        return 2 * len(anatomy.coordinates) - anatomy.root.num_slides + 2 * len(anatomy.legs)
 
     @property
     def mj_model(self) -> Any:

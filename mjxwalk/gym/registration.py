@@ -2,7 +2,7 @@
 
 import importlib.util
 
-BODIES = ("Planar7", "Flame")
+from mjxwalk.envs import BODIES
 
 
 def register() -> None:

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 from mjxwalk.analysis import paper, tables
 from mjxwalk.analysis.tables import Benchmark
-from mjxwalk.envs import Flame
 from mjxwalk.report import winners
 from mjxwalk.report.parts import (
     Cell,
@@ -53,7 +52,9 @@ def _benchmarks(phases: Sequence[Phase]) -> list[Benchmark]:
 
 def _is_spatial(variants: Mapping[str, Sequence[Phase]]) -> bool:
     return any(
-        isinstance(phase.experiment.env, Flame) for each in variants.values() for phase in each
+        not phase.experiment.env.anatomy.root.is_planar
+        for each in variants.values()
+        for phase in each
     )
 
 

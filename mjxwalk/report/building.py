@@ -9,10 +9,10 @@ from mjxwalk.report import (
     benchmarks,
     fitness,
     fits,
+    hips,
     links,
     ran,
     recorded,
-    reil,
     remarks,
     replayed,
     sources,
@@ -61,9 +61,9 @@ def build(
         return fits.build(read)
     variants = sources.by_variant(read)
     asked = {name: each for name, each in variants.items() if not each[0].is_between}
-    if any(map(reil.is_reil, read)):
-        sections = reil.sections(variants, num_trials=num_trials, engine=engine, say=say)
-        references = reil.REFERENCES
+    if any(map(hips.is_hip_powered, read)):
+        sections = hips.sections(variants, num_trials=num_trials, engine=engine, say=say)
+        references = hips.REFERENCES
     else:
         sections = _sections(
             variants, asked, num_trials=num_trials, seed=seed, engine=engine, say=say

@@ -7,7 +7,6 @@ import numpy as np
 
 from mjxwalk.analysis import curves, figures
 from mjxwalk.analysis.curves import Curve, PhaseCurves
-from mjxwalk.envs import Flame
 from mjxwalk.report import drawing, quartiles
 from mjxwalk.report.parts import Picture, Section, count, frame, number
 from mjxwalk.report.sources import Phase
@@ -66,7 +65,7 @@ def over_phases(chain: Mapping[str, Sequence[Phase]], *, figure: str = "") -> Pi
     alt = "; ".join(_told(phase) for phase in drawn if len(phase))
     alt = f"Two curves over the generations. {alt}."
     num = max(map(len, chain.values()))
-    figure = figure or ("7" if isinstance(last.experiment.env, Flame) else "4a")
+    figure = figure or ("4a" if last.experiment.env.anatomy.root.is_planar else "7")
     told = [f"Figure {figure}. Fitness of the fittest and mean fitness, {_averaged(num)}."]
     return Picture(
         name=f"figure-{figure}",

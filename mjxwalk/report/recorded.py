@@ -12,7 +12,6 @@ from mjxwalk.analysis.angles import AngleDensity
 from mjxwalk.analysis.frame import Frame
 from mjxwalk.analysis.gait import Gait
 from mjxwalk.analysis.sticks import Sticks
-from mjxwalk.envs import Flame, Planar7, Terrain
 from mjxwalk.report.sources import Phase
 
 AT_ONCE = 50  # trials that are recorded together; ours: some 200 MB for 100 s
@@ -60,7 +59,7 @@ class Recorded(NamedTuple):
 
 def can_be(phase: Phase) -> bool:
     """Returns whether a phase's winner can be recorded: whether its angles have roles."""
-    return isinstance(phase.experiment.env, Planar7 | Flame)
+    return angles.roles_of(phase.experiment.env) is not None
 
 
 def record(
@@ -91,7 +90,7 @@ def record(
 
 def _record(phases: Sequence[Phase], num_trials: int, seed: int, engine: str) -> Recorded:
     gaits: list[Gait] = []
-    density = angles.empty_density(angles.roles_of(phases[0].experiment.env))
+    density = angles.empty_density(angles.roles_of(phases[0].experiment.env) or angles.PLANAR)
     for phase in phases:
         rows, density = _trials(phase, density, num_trials, seed, engine)
         gaits.append(gait.summarise(rows))
@@ -137,7 +136,7 @@ def _faults(phases: Sequence[Phase], seed: int, engine: str) -> Frame | None:
     """Returns what the gaits of spatial walkers hide, a row for each."""
     import pandas as pd
 
-    if not isinstance(phases[0].experiment.env, Flame):
+    if phases[0].experiment.env.anatomy.root.is_planar:
         return None
     rows: list[Any] = []
     for phase in phases:
@@ -155,25 +154,24 @@ def _stick(phase: Phase, seed: int, engine: str) -> Stick:
     experiment = phase.experiment.tried()
     env = experiment.env
     key = jax.random.fold_in(jax.random.key(seed), STICK_FIGURES)
-    heights = np.asarray(experiment.sample_terrains(key, CHOICE))
-    terrain: Any = Terrain(heights, np.arange(CHOICE, dtype=np.int32))  # type: ignore[arg-type]
+    trials_given = experiment.sample_trials(key, CHOICE)
     recording = replay.record(
         env,
         experiment.controller,
         jax.tree.map(
             lambda leaf: np.repeat(np.asarray(leaf)[None], CHOICE, axis=0), phase.walker.genotype
         ),
-        terrain,
+        trials_given.given(np.arange(CHOICE, dtype=np.int32)),
         duration=SECONDS,
         frames_per_second=1.0 / INTERVAL,
         engine=engine,
     )
-    fell = np.asarray(recording.states.fell[-1])
+    fell = np.asarray(recording.states.trial.fell[-1])
     chosen = int(np.argmin(fell))
     there = ~recording.done[:, chosen]
     return Stick(
         label=phase.label,
         seconds=float(recording.time[-1, chosen]),
         fell=bool(fell[chosen]),
-        sticks=sticks.find(env, recording.states.qpos[there, chosen], heights[chosen]),
+        sticks=sticks.find(env, recording.states.qpos[there, chosen], trials_given.heights[chosen]),
     )

@@ -9,7 +9,7 @@ from mjxwalk.report.recorded import Recorded
 from mjxwalk.report.sources import Phase
 from mjxwalk.watch import casting, page, recording
 from mjxwalk.watch.casting import Cast
-from mjxwalk.watch.recording import Trial
+from mjxwalk.watch.recording import Take
 
 SECONDS = 20.0  # ours: a dozen strides and more, in some 60 kB
 
@@ -36,7 +36,7 @@ def section(
     say(f"recording a replay of {name}")
     label = recorded[name].stick.label
     phase = next(each for each in variants[name] if each.label == label)
-    show, series = recording.perform(_cast(phase), Trial(terrain_seed=seed, seconds=SECONDS))
+    show, series = recording.perform(_cast(phase), Take(terrain_seed=seed, seconds=SECONDS))
     return Section(
         anchor="replay",
         title="The champion walks",

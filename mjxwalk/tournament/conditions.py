@@ -7,14 +7,10 @@ from one start only has learnt it by heart.
 import dataclasses
 from typing import Any, NamedTuple
 
-from jaxtyping import Array, PRNGKeyArray, Shaped
+from jaxtyping import PRNGKeyArray
 
-from mjxwalk.envs import Flame, Planar7, Reil
-from mjxwalk.rollout import Environment
-from mjxwalk.tournament.perturbed import perturbed, with_draws
+from mjxwalk.envs import LeggedEnv, Trials
 from mjxwalk.tournament.results import AS_EVOLVED, HALF_STEP, PAPERS_STEP, PERTURBED
-
-PAPERS_TIMESTEP = 0.0002  # s; Solomon et al. (2013), section 2.3, with explicit Euler steps
 
 # ours: these trials have five times the steps, and so a fifth of the terrains. They are held since
 # some gaits hold at half of a millisecond and not there.
@@ -27,38 +23,36 @@ class Setting(NamedTuple):
     Attributes:
       name: as in the figures.
       experiment: whose rollout obeys them.
-      terrains: as the rollout takes them.
+      trials: that the winner is given.
     """
 
     name: str
     experiment: Any
-    terrains: Shaped[Array, "terrain ..."]
+    trials: Trials
 
 
-def settings(
-    experiment: Any, terrains: Shaped[Array, "terrain ..."], key: PRNGKeyArray
-) -> list[Setting]:
+def settings(experiment: Any, trials: Trials, key: PRNGKeyArray) -> list[Setting]:
     """Returns the conditions that can be set for an experiment, those of its evolution first.
 
     Args:
       experiment: that the walkers evolved in.
-      terrains: to try them on.
+      trials: to try them in.
       key: of the perturbed starts.
     """
-    found = [Setting(AS_EVOLVED, experiment, terrains)]
+    found = [Setting(AS_EVOLVED, experiment, trials)]
     env = experiment.env
-    if isinstance(env, Environment):
-        half = dataclasses.replace(experiment, env=_replaced(env, timestep=env.timestep / 2))
-        found.append(Setting(HALF_STEP, half, terrains))
-    if isinstance(env, Planar7):
-        explicit = _replaced(env, timestep=PAPERS_TIMESTEP, integrator="explicit")
-        few = terrains[: -(-terrains.shape[0] // PAPERS_SHARE)]
-        found.append(Setting(PAPERS_STEP, dataclasses.replace(experiment, env=explicit), few))
-    if isinstance(env, Planar7 | Flame | Reil):
-        started = dataclasses.replace(experiment, env=perturbed(env))
-        found.append(Setting(PERTURBED, started, with_draws(key, terrains)))
+    if not isinstance(env, LeggedEnv):
+        return found
+
+    def under(other: LeggedEnv) -> Any:
+        return dataclasses.replace(experiment, env=other)
+
+    half = dataclasses.replace(env, timestep=env.timestep / 2)
+    found.append(Setting(HALF_STEP, under(half), trials))
+    if env.EXPLICIT_TIMESTEP is not None:
+        explicit = dataclasses.replace(env, timestep=env.EXPLICIT_TIMESTEP, integrator="explicit")
+        few = trials.take(slice(-(-trials.num // PAPERS_SHARE)))
+        found.append(Setting(PAPERS_STEP, under(explicit), few))
+    started, departing = env.perturbed(key, trials)
+    found.append(Setting(PERTURBED, under(started), departing))
     return found
-
-
-def _replaced(env: Any, **changes: Any) -> Any:
-    return dataclasses.replace(env, **changes)

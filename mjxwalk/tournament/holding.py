@@ -5,11 +5,12 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Array, Float, PRNGKeyArray, Shaped
+from jaxtyping import Float, PRNGKeyArray
 
 from mjxwalk import budget, evaluation
 from mjxwalk.analysis.intervals import wilson
 from mjxwalk.engines.pinning import pinned
+from mjxwalk.envs import Trials
 from mjxwalk.evaluation import TABLE_ROWS
 from mjxwalk.outcomes import cost_of_transport
 from mjxwalk.rollout import Outcome
@@ -53,14 +54,14 @@ def hold(
     place = 0
     if len(entrants) > 1:
         say(f"comparing {len(entrants)} walkers on {screening} new terrains")
-        grounds = experiment.sample_terrains(keys.screening, screening)
-        screened = _evaluate(evaluator, entrants.genotypes, grounds)
+        given = experiment.sample_trials(keys.screening, screening)
+        screened = _evaluate(evaluator, entrants.genotypes, given)
         place = winner(np.asarray(screened.fitness))
     genotype = jax.tree.map(lambda leaf: np.asarray(leaf)[[place]], entrants.genotypes)
-    grounds = experiment.sample_terrains(keys.reporting, terrains)
+    given = experiment.sample_trials(keys.reporting, terrains)
     figures = [
         _try(setting, genotype, engine, say)
-        for setting in conditions.settings(experiment, grounds, keys.starts)
+        for setting in conditions.settings(experiment, given, keys.starts)
     ]
     return Tournament(
         entrants=len(entrants),
@@ -123,23 +124,23 @@ def roughness(experiment: Any) -> float | None:
 
 
 def _try(setting: Setting, genotype: Any, engine: str, say: Callable[[str], None]) -> Condition:
-    say(f"{setting.name}: {setting.terrains.shape[0]} new terrains")
+    say(f"{setting.name}: {setting.trials.num} new terrains")
     evaluator = evaluation.make_evaluator(setting.experiment, engine)
-    outcome = _evaluate(evaluator, genotype, setting.terrains)
+    outcome = _evaluate(evaluator, genotype, setting.trials)
     walked = steps.measure(setting, genotype, np.asarray(outcome.fell[0]), evaluator.engine)
     return summarise(setting.name, outcome, setting.experiment.weight, walked)
 
 
-def _evaluate(evaluator: Any, population: Any, terrains: Shaped[Array, "terrain ..."]) -> Outcome:
-    """Returns outcomes [pop, terrain], from parts of one size so that one compilation serves."""
-    parts = [evaluator.evaluate(population, part) for part in _parts(terrains)]
+def _evaluate(evaluator: Any, population: Any, trials: Trials) -> Outcome:
+    """Returns outcomes [pop, trial], from parts of one size so that one compilation serves."""
+    parts = [evaluator.evaluate(population, part) for part in _parts(trials)]
     return jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=1), *parts)
 
 
-def _parts(terrains: Shaped[Array, "terrain ..."]) -> Iterator[Shaped[Array, "some ..."]]:
-    num = -(-terrains.shape[0] // TABLE_ROWS)
-    for rows in np.array_split(np.arange(terrains.shape[0]), num):
-        yield terrains[rows[0] : rows[-1] + 1]
+def _parts(trials: Trials) -> Iterator[Trials]:
+    num = -(-trials.num // TABLE_ROWS)
+    for rows in np.array_split(np.arange(trials.num), num):
+        yield trials.take(slice(rows[0], rows[-1] + 1))
 
 
 def _check(entrants: Entrants, *, seed: int, screening: int, terrains: int) -> None:

@@ -7,14 +7,12 @@ import math
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool
 
 from mjxwalk import replay
 from mjxwalk.analysis.gait import measure_gait
-from mjxwalk.envs import Terrain
-from mjxwalk.rollout import Environment
+from mjxwalk.envs import LeggedEnv
 from mjxwalk.tournament.conditions import Setting
 
 TRIALS = 100  # section 3.4
@@ -34,20 +32,20 @@ def measure(
     """Returns the steps of a walker in some of the trials that it did not fall in.
 
     Args:
-      setting: the conditions, with their terrains.
+      setting: the conditions, with their trials.
       genotype: leaves [1, ...].
       fell: in which trials it did.
       engine: that runs them again.
     """
     env = setting.experiment.env
     rows = np.flatnonzero(~fell)[:TRIALS]
-    if not rows.size or not isinstance(env, Environment):
+    if not rows.size or not isinstance(env, LeggedEnv):
         return Steps(None, None)
     recording = replay.record(
         env,
         setting.experiment.controller,
         jax.tree.map(lambda leaf: np.repeat(np.asarray(leaf), len(rows), axis=0), genotype),
-        Terrain(setting.terrains[rows], jnp.arange(len(rows), dtype=jnp.int32)),
+        setting.trials.take(rows).given(np.arange(len(rows), dtype=np.int32)),
         duration=SECONDS,
         engine=engine,
     )

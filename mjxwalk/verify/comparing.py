@@ -48,7 +48,7 @@ def verify(
     if roughness is not None:
         experiment = override(experiment, "env.terrain.roughness", str(roughness))
     key = jax.random.fold_in(jax.random.key(seed), VERIFY)
-    heights = experiment.sample_terrains(key, terrains)
+    heights = experiment.sample_trials(key, terrains)
     evaluator = evaluation.make_evaluator(experiment, engine)
     say(f"{walker.name}, generation {walker.generation}, on {terrains} terrains by engine {engine}")
     alone: Any = jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype)

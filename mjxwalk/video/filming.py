@@ -12,13 +12,14 @@ import numpy as np
 from jaxtyping import UInt8
 
 from mjxwalk import budget, installing, outputs, replay
-from mjxwalk.envs import Flame, Terrain
+from mjxwalk.envs import LeggedEnv
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
 from mjxwalk.runs import files
 from mjxwalk.video import offscreen, scene
 
 ENDINGS = {".mp4": 50.0, ".gif": 25.0}  # frames a second; gifs count in hundredths of a second
+DISTANCE = 3.9  # of the camera from the walker, in lengths of its legs; ours
 FOLLOW = 0.02  # of the way to the hip's height that the camera goes in a frame; ours
 Picture = UInt8[np.ndarray, "down across 3"]
 
@@ -43,17 +44,16 @@ class Shot:
         """Returns the coordinates in each frame, and the ground's heights, m."""
         env = self.experiment.env
         key = jax.random.key(self.terrain_seed)
-        heights = np.asarray(self.experiment.sample_terrains(key, 1))
-        terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
+        trials = self.experiment.sample_trials(key, 1)
         recording = replay.record(
             env,
             self.experiment.controller,
             jax.tree.map(lambda leaf: np.asarray(leaf)[None], self.genotype),
-            terrain,
+            trials.given(np.zeros(1, np.int32)),
             duration=min(self.seconds, env.max_time),
             frames_per_second=frames_per_second,
         )
-        return np.asarray(recording.states.qpos[:, 0], np.float64), heights[0]
+        return np.asarray(recording.states.qpos[:, 0], np.float64), np.asarray(trials.heights[0])
 
 
 def check(path: Path) -> None:
@@ -79,7 +79,7 @@ def film(shot: Shot, path: Path, *, size: tuple[int, int] = (960, 540)) -> None:
       size: pixels across and down, even numbers.
 
     Raises:
-      RunError: there is no OpenGL, the body is not known here, or the file cannot be written.
+      RunError: there is no OpenGL, or the file cannot be written.
     """
     check(path)
     frames_per_second = ENDINGS[path.suffix.lower()]
@@ -103,7 +103,7 @@ def draw(shot: Shot, frames_per_second: float, size: tuple[int, int]) -> Iterato
     model = scene.build(env, heights, qpos, size)
     data = mujoco.MjData(model)
     camera = camera_for(env, model)
-    torso = model.body("torso").id
+    torso = model.body(env.anatomy.torso).id
     height = None
     with offscreen.Painter(model, size) as painter:
         for positions in scene.joint_positions(env, qpos):
@@ -116,12 +116,12 @@ def draw(shot: Shot, frames_per_second: float, size: tuple[int, int]) -> Iterato
             yield painter.draw(data, camera)
 
 
-def camera_for(env: Any, model: Any) -> Any:
+def camera_for(env: LeggedEnv, model: Any) -> Any:
     """Returns a `mujoco.MjvCamera` beside and before the walker, which looks at the origin."""
     camera = mujoco.MjvCamera()
     mujoco.mjv_defaultFreeCamera(model, camera)
     camera.azimuth, camera.elevation = 115.0, -12.0
-    camera.distance = 2.4 if isinstance(env, Flame) else 3.6
+    camera.distance = DISTANCE * env.leg_length
     return camera
 
 

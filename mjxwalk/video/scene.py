@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mjxwalk.envs import Flame, Planar7, flame_body, planar7_body
+from mjxwalk.envs import LeggedEnv, scenery
 from mjxwalk.envs._mujoco import compiled, mujoco
-from mjxwalk.errors import RunError
-from mjxwalk.watch import bodies, grounds
+from mjxwalk.envs.anatomy import side_of
 
 # Those of the pages; see watch.css.
 COLOURS = {"left": [0.122, 0.4, 0.82, 1.0], "right": [0.824, 0.345, 0.106, 1.0]}
@@ -16,7 +15,9 @@ LEAST_RELIEF = 0.001  # m; a height field of no height at all is refused
 BASE = 0.3  # m of ground below its lowest point
 
 
-def build(env: Any, heights: Float[np.ndarray, "*node"], qpos: Any, size: tuple[int, int]) -> Any:
+def build(
+    env: LeggedEnv, heights: Float[np.ndarray, "*node"], qpos: Any, size: tuple[int, int]
+) -> Any:
     """Returns the model.
 
     Args:
@@ -24,30 +25,24 @@ def build(env: Any, heights: Float[np.ndarray, "*node"], qpos: Any, size: tuple[
       heights: of the ground's nodes, m.
       qpos: where the walker gets to [frame, coordinate].
       size: of the largest picture, pixels across and down.
-
-    Raises:
-      RunError: the body is not known here.
     """
-    kind: Any = {Planar7: planar7_body, Flame: flame_body}.get(type(env))
-    if kind is None:
-        raise RunError(f"a {type(env).__name__} cannot be filmed; Planar7 and Flame can")
-    spec = kind.spec(env.body)
+    spec = env.spec()
     spec.visual.global_.offwidth, spec.visual.global_.offheight = size
     spec.visual.headlight.ambient = [0.35] * 3
     for geom in spec.geoms:
-        side = next((side for side in COLOURS if geom.parent.name.endswith(side)), None)
-        if side is not None:
+        side = side_of(geom.parent.name)
+        if side in COLOURS:
             geom.rgba = COLOURS[side]
     for geom in list(spec.worldbody.geoms):  # the floor
         spec.delete(geom)
     _paint(spec)
-    _add_ground(spec, env, heights, np.asarray(qpos)[:, None])
+    _add_ground(spec, env, heights, np.asarray(qpos))
     return compiled(spec)
 
 
-def joint_positions(env: Any, qpos: Any) -> Any:
+def joint_positions(env: LeggedEnv, qpos: Any) -> Any:
     """Returns the model's joint positions of coordinates [frame, coordinate]."""
-    return np.asarray(qpos)[:, list(bodies.layout(env).coordinate)]
+    return np.asarray(qpos)[:, list(env.anatomy.joint_coordinate)]
 
 
 def _paint(spec: Any) -> None:
@@ -75,13 +70,13 @@ def _paint(spec: Any) -> None:
     ground.textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = "checkers"
 
 
-def _add_ground(spec: Any, env: Any, heights: Any, qpos: Any) -> None:
-    ground, rows = grounds.around(env.terrain, heights, qpos)
-    if ground.rows == 1:  # the planar body's: a strip with the same heights on both edges
-        rows = np.repeat(rows, 2, axis=0)
+def _add_ground(spec: Any, env: LeggedEnv, heights: Any, qpos: Any) -> None:
+    ground, wide = scenery.around(env, heights, qpos)
+    rows, middle = ground.heights, ground.y + 0.5 * wide
+    if len(rows) == 1:  # the same at all y: a strip with the same heights on both edges
+        rows, middle = np.repeat(rows, 2, axis=0), 0.0
     low, relief = float(rows.min()), max(float(np.ptp(rows)), LEAST_RELIEF)
-    long, wide = ground.spacing * (rows.shape[1] - 1), ground.width
-    middle = ground.y + 0.5 * wide if ground.rows > 1 else 0.0
+    long = ground.spacing * (rows.shape[1] - 1)
     spec.add_hfield(
         name="ground",
         nrow=rows.shape[0],

@@ -8,6 +8,8 @@ from jaxtyping import Float, UInt8
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.video import filming, offscreen, scene
 
+REACH = 110.0  # m; ours: farther than any trial
+
 
 class Still:
     """Draws one walker after the other; another ground makes another model."""
@@ -24,20 +26,20 @@ class Still:
         """Returns a picture of a walker.
 
         Raises:
-          RunError: there is no OpenGL, or the body is not known here.
+          RunError: there is no OpenGL.
         """
         if self._heights is None or not np.array_equal(heights, self._heights):
             self.close()
             # The whole ground, wherever the walker will get to.
             reach = np.zeros((2, len(qpos)))
-            reach[1, 0] = self._env.terrain.start + self._env.terrain.length
+            reach[1, self._env.anatomy.root.forward] = REACH
             self._model = scene.build(self._env, heights, reach, self._size)
             self._painter, self._heights = offscreen.Painter(self._model, self._size), heights
         data = mujoco.MjData(self._model)
         data.qpos[:] = scene.joint_positions(self._env, qpos[None])[0]
         mujoco.mj_forward(self._model, data)
         camera = filming.camera_for(self._env, self._model)
-        camera.lookat[:] = data.body("torso").xpos
+        camera.lookat[:] = data.body(self._env.anatomy.torso).xpos
         return self._painter.draw(data, camera)
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
-from mjxwalk.video import scene
+from mjxwalk.video import filming, scene
 from mjxwalk.video.filming import Shot
 
 FRAMES_PER_SECOND = 50.0
@@ -32,7 +32,7 @@ def view(shot: Shot) -> None:
     """Opens the window and shows the trial again and again, until it is closed.
 
     Raises:
-      RunError: there is no screen, or the body is not known here.
+      RunError: there is no screen.
     """
     check_screen()
     import mujoco.viewer as _viewer
@@ -48,8 +48,12 @@ def view(shot: Shot) -> None:
         raise RunError(f"MuJoCo's window cannot be opened: {error}") from None
     with window:
         window.cam.type = mujoco.mjtCamera.mjCAMERA_TRACKING
-        window.cam.trackbodyid = model.body("torso").id
-        window.cam.azimuth, window.cam.elevation, window.cam.distance = 115.0, -12.0, 3.6
+        window.cam.trackbodyid = model.body(env.anatomy.torso).id
+        window.cam.azimuth, window.cam.elevation, window.cam.distance = (
+            115.0,
+            -12.0,
+            filming.DISTANCE * env.leg_length,
+        )
         while window.is_running():
             started = time.perf_counter()
             for frame, positions in enumerate(scene.joint_positions(env, qpos)):

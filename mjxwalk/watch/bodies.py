@@ -1,12 +1,13 @@
 """What a body looks like and how its joints move it, as plain data for the page."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 import numpy as np
 
-from mjxwalk.envs import Flame, Planar7, Reil, flame_body, planar7, reil_body
+from mjxwalk.envs import Anatomy
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.anatomy import KINDS, ContactPoint, side_of
 from mjxwalk.errors import RunError
 
 Vector = tuple[float, ...]
@@ -16,24 +17,6 @@ SHAPES = {  # of a geom, by MuJoCo's number
     int(mujoco.mjtGeom.mjGEOM_BOX): "box",
     int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
 }
-MOVES = {  # of a joint
-    int(mujoco.mjtJoint.mjJNT_SLIDE): "slide",
-    int(mujoco.mjtJoint.mjJNT_HINGE): "hinge",
-}
-
-
-class Layout(NamedTuple):
-    """Where a body's numbers lie.
-
-    Attributes:
-      coordinate: of the state's qpos, for each joint of the model.
-      motors: which coordinates have one, in the order of an action.
-      points: names of the sites that touch the ground, in the order of a state's contacts.
-    """
-
-    coordinate: tuple[int, ...]
-    motors: tuple[int, ...]
-    points: tuple[str, ...]
 
 
 class Joint(msgspec.Struct, frozen=True, kw_only=True):
@@ -115,51 +98,25 @@ class Body(msgspec.Struct, frozen=True, kw_only=True):
     angles: tuple[Angle, ...]
 
 
-def layout(env: Any) -> Layout:
-    """Returns where the body's numbers lie.
-
-    Raises:
-      RunError: it is no body that can be shown.
-    """
-    if isinstance(env, Planar7):
-        return Layout(
-            tuple(range(9)), tuple(range(9))[planar7.ACTUATED], tuple(planar7.CONTACT_SITES)
-        )
-    if isinstance(env, Flame):
-        return Layout(
-            tuple(flame_body.COORDINATE.tolist()),
-            tuple(flame_body.ACTUATED.tolist()),
-            tuple(flame_body.CONTACT_SITES),
-        )
-    if isinstance(env, Reil):
-        return Layout(
-            tuple(range(reil_body.NUM_COORDINATES)),
-            tuple(reil_body.HIPS.tolist()),
-            reil_body.SPHERES,
-        )
-    raise RunError(f"a {type(env).__name__} cannot be shown; Planar7, Flame and Reil can")
-
-
 def describe(env: Any) -> Body:
     """Returns the body of an environment.
 
     Raises:
-      RunError: it is no body that can be shown.
+      RunError: it has a shape that pages cannot show.
     """
-    where = layout(env)
-    model = env.model.mujoco
+    model, anatomy = env.model.mujoco, env.anatomy
     parts = tuple(_part(model, geom) for geom in _geoms(model))
     return Body(
-        name=type(env).__name__,
-        links=tuple(_link(model, where, body) for body in range(1, model.nbody)),
+        name=anatomy.name,
+        links=tuple(_link(model, anatomy, body) for body in range(1, model.nbody)),
         parts=parts,
-        points=tuple(_point(model, name) for name in where.points),
-        sticks=tuple(_sticks(model, where)),
-        angles=tuple(_angles(model, where)),
+        points=tuple(_point(model, point) for point in anatomy.points),
+        sticks=tuple(_sticks(model, anatomy)),
+        angles=tuple(_angles(anatomy)),
     )
 
 
-def _link(model: Any, where: Layout, body: int) -> Link:
+def _link(model: Any, anatomy: Anatomy, body: int) -> Link:
     first = int(model.body_jntadr[body])
     joints = range(first, first + int(model.body_jntnum[body]))
     return Link(
@@ -169,9 +126,9 @@ def _link(model: Any, where: Layout, body: int) -> Link:
         quat=_rounded(model.body_quat[body]),
         joints=tuple(
             Joint(
-                move=MOVES[int(model.jnt_type[joint])],
+                move=KINDS[int(model.jnt_type[joint])],
                 axis=_rounded(model.jnt_axis[joint]),
-                coordinate=where.coordinate[joint],
+                coordinate=anatomy.joint_coordinate[joint],
             )
             for joint in joints
         ),
@@ -183,7 +140,7 @@ def _geoms(model: Any) -> list[int]:
 
 
 def _part(model: Any, geom: int) -> Part:
-    body, shape = int(model.geom_bodyid[geom]), SHAPES[int(model.geom_type[geom])]
+    body, shape = int(model.geom_bodyid[geom]), _shape(model, geom)
     vertices, faces = (), ()
     if shape == "mesh":
         mesh = model.mesh(int(model.geom_dataid[geom]))
@@ -194,7 +151,7 @@ def _part(model: Any, geom: int) -> Part:
     return Part(
         body=body - 1,
         shape=shape,
-        side=_side(model.body(body).name),
+        side=side_of(str(model.body(body).name)),
         size=_rounded(model.geom_size[geom]),
         pos=_rounded(model.geom_pos[geom]),
         quat=_rounded(model.geom_quat[geom]),
@@ -203,11 +160,21 @@ def _part(model: Any, geom: int) -> Part:
     )
 
 
-def _point(model: Any, name: str) -> Point:
-    site = model.site(name).id
-    body = int(model.site_bodyid[site])
-    pos = model.site_pos[site] + _apart(model, body)
-    return Point(body=body - 1, side=_side(name), pos=_rounded(pos))
+def _shape(model: Any, geom: int) -> str:
+    kind = int(model.geom_type[geom])
+    if kind not in SHAPES:
+        name = mujoco.mjtGeom(kind).name.removeprefix("mjGEOM_").lower()
+        raise RunError(
+            f"the body has a geom of type {name}, which pages cannot show; draw it with "
+            f"{', '.join(SHAPES.values())}"
+        )
+    return SHAPES[kind]
+
+
+def _point(model: Any, point: ContactPoint) -> Point:
+    body = int(model.body(point.body).id)
+    pos = np.array(point.offset) + _apart(model, body)
+    return Point(body=body - 1, side=point.side, pos=_rounded(pos))
 
 
 def _apart(model: Any, body: int) -> Any:
@@ -219,11 +186,11 @@ def _apart(model: Any, body: int) -> Any:
     return np.array([0.0, float(drawn[0]) if drawn else 0.0, 0.0])
 
 
-def _sticks(model: Any, where: Layout) -> list[Stick]:
-    feet = {int(model.site_bodyid[model.site(name).id]) for name in where.points}
+def _sticks(model: Any, anatomy: Anatomy) -> list[Stick]:
+    feet = {int(model.body(leg.foot).id): leg for leg in anatomy.legs}
     found: list[Stick] = []
     for geom in _geoms(model):
-        body, shape = int(model.geom_bodyid[geom]), SHAPES[int(model.geom_type[geom])]
+        body, shape = int(model.geom_bodyid[geom]), _shape(model, geom)
         half = float(max(model.geom_size[geom])) if shape == "box" else model.geom_size[geom][1]
         if body in feet or shape in ("sphere", "mesh"):
             continue
@@ -233,45 +200,32 @@ def _sticks(model: Any, where: Layout) -> list[Stick]:
         ends = (model.geom_pos[geom] - along, model.geom_pos[geom] + along)
         found.append(_stick(model, body, ends))
     for body in sorted(feet):
-        ends = [
-            model.site_pos[site] + _apart(model, body)
-            for site in (model.site(name).id for name in where.points)
-            if model.site_bodyid[site] == body
-        ]
-        ankle = _apart(model, body)
-        middle = np.mean([end[0] for end in ends])
-        heel, toe = (
-            np.mean([end for end in ends if (end[0] > middle) == front], axis=0)
-            for front in (False, True)
-        )
-        found.append(_stick(model, body, (ankle, heel, toe, ankle)))
+        heel, toe = anatomy.heel_and_toe(feet[body])
+        line = [_apart(model, body) + place for place in (np.zeros(3), heel, toe, np.zeros(3))]
+        found.append(_stick(model, body, line))
     return found
 
 
 def _stick(model: Any, body: int, line: Any) -> Stick:
     return Stick(
         body=body - 1,
-        side=_side(model.body(body).name),
+        side=side_of(str(model.body(body).name)),
         line=tuple(_rounded(point) for point in line),
     )
 
 
-def _angles(model: Any, where: Layout) -> list[Angle]:
-    found: dict[int, Angle] = {}
-    for joint, coordinate in enumerate(where.coordinate):
-        name = str(model.joint(joint).name)
-        if name.startswith("root_") or coordinate in found:
-            continue
-        side = _side(name) if where.coordinate.count(coordinate) == 1 else "middle"
-        motor = where.motors.index(coordinate) if coordinate in where.motors else None
-        plain = name.removesuffix("_left").removesuffix("_right").replace("_", " ")
-        found[coordinate] = Angle(name=plain, side=side, coordinate=coordinate, motor=motor)
-    return list(found.values())
-
-
-def _side(name: str) -> str:
-    ending = name.rpartition("_")[2]
-    return ending if ending in ("left", "right") else "middle"
+def _angles(anatomy: Anatomy) -> list[Angle]:
+    driven = anatomy.driven.tolist()
+    return [
+        Angle(
+            name=each.words,
+            side=each.side,
+            coordinate=place,
+            motor=driven.index(place) if place in driven else None,
+        )
+        for place, each in enumerate(anatomy.coordinates)
+        if place >= anatomy.root.num
+    ]
 
 
 def _rounded(values: Any) -> Vector:

@@ -134,10 +134,10 @@ class Live:
           OSError: likewise.
         """
         from mjxwalk.watch import casting, page, recording
-        from mjxwalk.watch.recording import Trial
+        from mjxwalk.watch.recording import Take
 
         cast = casting.best(str(self._path))
-        show, series = recording.perform(cast, Trial(seconds=SECONDS))
+        show, series = recording.perform(cast, Take(seconds=SECONDS))
         seen = self._shot.number + 1 if self._shot else 0
         news = msgspec.json.encode({"number": seen, "show": show, "series": series})
         return Shot(seen, page.render(show, series, live=seen).encode(), news)

@@ -7,14 +7,13 @@ import jax
 import msgspec
 import numpy as np
 
-from mjxwalk import replay
+from mjxwalk import forces, replay
 from mjxwalk.engines.pinning import pinned
-from mjxwalk.envs import Terrain
+from mjxwalk.envs import scenery
 from mjxwalk.outcomes import cost_of_transport
-from mjxwalk.watch import bodies, ending, forces, grounds
+from mjxwalk.watch import bodies
 from mjxwalk.watch.bodies import Body
 from mjxwalk.watch.casting import Cast
-from mjxwalk.watch.grounds import Ground
 from mjxwalk.watch.packing import Series, Stored, pack
 
 FRAMES_PER_SECOND = 50.0  # ours: angles between two frames are a straight line to the eye
@@ -32,6 +31,24 @@ class Figures(msgspec.Struct, frozen=True, kw_only=True):
     speed_m_s: float | None
     cost_of_transport: float | None
     torque_cost: float
+
+
+class Ground(msgspec.Struct, frozen=True, kw_only=True):
+    """Where the nodes of the heights are; along x is the series' last axis.
+
+    Attributes:
+      x: of the first node, m.
+      y: of the first row of nodes, m; a planar body's ground has one row.
+      spacing: of the nodes, m.
+      rows: across.
+      width: that is drawn of it, m; of several walkers each has its own lane as wide.
+    """
+
+    x: float
+    y: float
+    spacing: float
+    rows: int
+    width: float
 
 
 class Told(msgspec.Struct, frozen=True, kw_only=True):
@@ -79,8 +96,8 @@ class Show(msgspec.Struct, frozen=True, kw_only=True):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Trial:
-    """What walkers are tried on.
+class Take:
+    """What is recorded.
 
     Attributes:
       terrain_seed: of the random ground.
@@ -92,7 +109,7 @@ class Trial:
 
 
 @pinned()
-def perform(cast: Cast, trial: Trial) -> tuple[Show, str]:
+def perform(cast: Cast, take: Take) -> tuple[Show, str]:
     """Returns what there is to show, and its series as text.
 
     Raises:
@@ -101,25 +118,30 @@ def perform(cast: Cast, trial: Trial) -> tuple[Show, str]:
     experiment = cast.experiment
     env = experiment.env
     body = bodies.describe(env)
-    heights = np.asarray(experiment.sample_terrains(jax.random.key(trial.terrain_seed), 1))
-    terrain: Any = Terrain(heights, np.zeros(len(cast), np.int32))  # type: ignore[arg-type]
+    trials = experiment.sample_trials(jax.random.key(take.terrain_seed), 1)
+    given = trials.given(np.zeros(len(cast), np.int32))
     recording = replay.record(
         env,
         experiment.controller,
         cast.genotypes,
-        terrain,
-        duration=min(trial.seconds, env.max_time),
+        given,
+        duration=min(take.seconds, env.max_time),
         frames_per_second=FRAMES_PER_SECOND,
     )
-    ground, rows = grounds.around(env.terrain, heights[0], recording.states.qpos)
-    series = {"heights": Series(rows, HEIGHT_STEP)}
+    around = scenery.around(env, np.asarray(trials.heights[0]), recording.states.qpos)
+    patch = around.patch
+    series = {"heights": Series(patch.heights, HEIGHT_STEP)}
     told: list[Told] = []
+    root = env.anatomy.root
     for place, label in enumerate(cast.labels):
         genotype = jax.tree.map(lambda leaf, place=place: leaf[place], cast.genotypes)
-        felt = forces.measure(env, experiment.controller, genotype, terrain, recording, place)
+        felt = forces.measure(env, experiment.controller, genotype, given, recording, place)
         frames = _frames(recording, place)
         state = jax.tree.map(lambda leaf, at=(frames - 1, place): leaf[at], recording.states)
-        below = grounds.height(ground, rows, state.qpos)
+        x, y = (
+            0.0 if at is None else float(state.qpos[at]) for at in (root.forward, root.sideways)
+        )
+        below = around.height(x, y)
         told.append(_tell(experiment, label, frames, state, below))
         moves = recording.states.qpos[:frames, place].T
         pushes = felt.ground[:frames].reshape(frames, -1).T
@@ -130,11 +152,17 @@ def perform(cast: Cast, trial: Trial) -> tuple[Show, str]:
     show = Show(
         title=cast.source,
         what=cast.what,
-        facts=_facts(cast, trial),
+        facts=_facts(cast, take),
         frame_s=round(1.0 / (FRAMES_PER_SECOND * env.timestep)) * env.timestep,
         weight_n=float(experiment.weight),
         body=body,
-        ground=ground,
+        ground=Ground(
+            x=patch.x,
+            y=patch.y,
+            spacing=patch.spacing,
+            rows=len(patch.heights),
+            width=around.width,
+        ),
         walkers=tuple(told),
         series=stored,
     )
@@ -149,8 +177,8 @@ def _frames(recording: replay.Recording, walker: int) -> int:
 
 def _tell(experiment: Any, label: str, frames: int, state: Any, below: float) -> Told:
     env = experiment.env
-    distance, duration = float(state.qpos[0]), float(state.num_steps) * env.timestep
-    end = ending.explain(env, state, below)
+    distance, duration = float(state.qpos[0]), float(state.trial.num_steps) * env.timestep
+    end = env.why_ended(state, below)
     return Told(
         label=label,
         frames=frames,
@@ -160,17 +188,17 @@ def _tell(experiment: Any, label: str, frames: int, state: Any, below: float) ->
             distance_m=distance,
             duration_s=duration,
             speed_m_s=distance / duration if duration > 0 else None,
-            cost_of_transport=cost_of_transport(state.work, state.qpos[0], experiment.weight),
-            torque_cost=float(state.torque_cost),
+            cost_of_transport=cost_of_transport(state.trial.work, state.qpos[0], experiment.weight),
+            torque_cost=float(state.trial.torque_cost),
         ),
     )
 
 
-def _facts(cast: Cast, trial: Trial) -> tuple[tuple[str, str], ...]:
+def _facts(cast: Cast, take: Take) -> tuple[tuple[str, str], ...]:
     experiment = cast.experiment
     return (
         ("Experiment", str(experiment.name)),
-        ("Body", type(experiment.env).__name__),
-        ("Terrain", f"seed {trial.terrain_seed}"),
+        ("Body", experiment.env.anatomy.name),
+        ("Terrain", f"seed {take.terrain_seed}"),
         ("Roughness", f"{1000 * experiment.env.terrain.roughness:g} mm"),
     )

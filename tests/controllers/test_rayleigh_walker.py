@@ -127,7 +127,7 @@ def test_a_landing_of_the_right_foot_is_its_own_heel_strike():
 def test_both_engines_walk_alike():
     experiment = experiments.get("rayleigh-walk")
     population = jax.tree.map(lambda leaf: np.asarray(leaf)[None], experiment.template())
-    terrains = experiment.sample_terrains(jax.random.key(0), 2)
+    terrains = experiment.sample_trials(jax.random.key(0), 2)
     lanes, mjx = (
         evaluation.make_evaluator(experiment, engine).evaluate(population, terrains)
         for engine in ("lanes", "mjx")

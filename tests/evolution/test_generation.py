@@ -51,7 +51,7 @@ def test_fitness_is_the_mean_over_the_generation_s_terrains() -> None:
     state, _ = advance(1)
     key = jax.random.fold_in(jax.random.key(0), 1)
     _, key_terrains, _ = jax.random.split(key, 3)
-    offsets = np.asarray(TOY.sample_terrains(key_terrains, 2), np.float64)
+    offsets = np.asarray(TOY.sample_trials(key_terrains, 2), np.float64)
     gain = np.asarray(state.population.gain, np.float64)
     bias = np.asarray(state.population.bias, np.float64)
     squares = [((gain - 1 - off) ** 2).sum((1, 2)) + (bias - 1) ** 2 for off in offsets]
@@ -98,9 +98,9 @@ def test_the_ground_is_as_rough_as_the_walkers_before_have_earned() -> None:
         def next_roughness(self, roughness: float, fitness: Any) -> float:
             return roughness + float(np.median(fitness))
 
-        def sample_terrains(self, key: Any, num: int, roughness: float | None = None) -> Any:
+        def sample_trials(self, key: Any, num: int, roughness: float | None = None) -> Any:
             asked.extend([roughness] if roughness is not None else [])
-            return super().sample_terrains(key, num, roughness)
+            return super().sample_trials(key, num, roughness)
 
     experiment = Earned()
     evolution = Evolution(experiment, toy.ToyEvaluator(experiment, "auto"))

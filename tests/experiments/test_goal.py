@@ -120,9 +120,9 @@ def test_the_goal_is_tried_on_the_ground_of_the_environment() -> None:
     asked: list[float | None] = []
 
     class Rougher(Toy):
-        def sample_terrains(self, key: Any, num: int, roughness: float | None = None) -> Any:
+        def sample_trials(self, key: Any, num: int, roughness: float | None = None) -> Any:
             asked.append(roughness)
-            return super().sample_terrains(key, num, roughness)
+            return super().sample_trials(key, num, roughness)
 
     before = outcome([3], [[False]], 5.0)
     keys = (jax.random.key(0), jax.random.key(1))

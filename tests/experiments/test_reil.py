@@ -37,7 +37,7 @@ def test_a_steady_walker_has_to_hold_where_trials_differ_and_at_half_the_step() 
     steady = STUDY.phase("steady")
     assert not steady.env.terrain.is_usual() and steady.terrains_per_evaluation > 1
     assert steady.goal.is_fine and steady.goal.fine_factor == 2
-    trials = np.asarray(steady.sample_terrains(jax.random.key(0), 50, steady.first_roughness()))
+    trials = np.asarray(steady.sample_trials(jax.random.key(0), 50, steady.first_roughness()))
     assert len(np.unique(trials)) == trials.size and np.abs(trials).max() <= 1.0
 
 
@@ -123,7 +123,7 @@ def test_fitness_is_the_hindmost_foots_distance_and_zero_of_a_fall_on_the_spot()
 
 def test_tournaments_try_half_the_step_and_other_starts() -> None:
     key = jax.random.key(0)
-    trials = UNASSISTED.sample_terrains(key, 4, UNASSISTED.first_roughness())
+    trials = UNASSISTED.sample_trials(key, 4, UNASSISTED.first_roughness())
     found = {setting.name: setting for setting in conditions.settings(UNASSISTED, trials, key)}
     assert len(found) == 3
     half, starts = (

@@ -26,7 +26,7 @@ WALK = experiments.get("solomon-2d/walk")
 
 def step(experiment: Any, roughness: float | None = None) -> float:
     """Returns how much higher or lower each node of a terrain is than the one before."""
-    heights = experiment.sample_terrains(jax.random.key(0), 3, roughness)
+    heights = experiment.sample_trials(jax.random.key(0), 3, roughness)
     return float(np.abs(np.diff(np.asarray(heights, np.float64), axis=1)).max())
 
 
@@ -62,9 +62,9 @@ def test_walkers_are_tried_on_the_paper_s_ground_whatever_they_evolved_on() -> N
 
 
 def test_generations_of_another_roughness_compile_nothing_anew() -> None:
-    LPD.sample_terrains(jax.random.key(0), 1, 0.01)
+    LPD.sample_trials(jax.random.key(0), 1, 0.01)
     with jax.no_tracing():
-        LPD.sample_terrains(jax.random.key(1), 1, 0.02)
+        LPD.sample_trials(jax.random.key(1), 1, 0.02)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ SHORT = dataclasses.replace(LPD, env=dataclasses.replace(LPD.env, max_time=0.3))
 
 
 def test_conditions_differ_in_what_they_are_named_for_only() -> None:
-    terrains = SHORT.sample_terrains(jax.random.key(0), 12)
+    terrains = SHORT.sample_trials(jax.random.key(0), 12)
     usual, half, papers, started = conditions.settings(SHORT, terrains, jax.random.key(1))
     assert (usual.name, half.name, papers.name, started.name) == (
         AS_EVOLVED,

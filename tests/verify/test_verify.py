@@ -92,7 +92,7 @@ def test_a_lighter_body_is_noticed(planar: Agreement) -> None:
     walker = shorter("planar-lpd", max_time=1.5, torso_mass=35.0)
     experiment = walker.experiment
     key = jax.random.fold_in(jax.random.key(1), comparing.VERIFY)
-    heights = np.asarray(experiment.sample_terrains(key, 3))
+    heights = np.asarray(experiment.sample_trials(key, 3))
     outcome = trials.run(experiment.env, experiment.controller, walker.genotype, heights)
     lighter = agreement.side("C MuJoCo", outcome, experiment.weight)
     told = {"walker": "a", "generation": 1, "seed": 1, "roughness_m": 0.0}

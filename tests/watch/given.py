@@ -16,7 +16,7 @@ from mjxwalk.runs.checkpoints import Checkpoints
 from mjxwalk.runs.trees import flatten
 from mjxwalk.watch import casting, page, recording
 from mjxwalk.watch.casting import Cast
-from mjxwalk.watch.recording import Show, Trial
+from mjxwalk.watch.recording import Show, Take
 
 PLANAR, SPATIAL = "zoo:planar-lpd", "zoo:flame-robust"
 
@@ -31,7 +31,7 @@ class Made(NamedTuple):
 @functools.cache
 def made(source: str, seconds: float = 3.0) -> Made:
     """Returns the first seconds of a zoo's walker."""
-    return Made(*recording.perform(cast(source), Trial(seconds=seconds)))
+    return Made(*recording.perform(cast(source), Take(seconds=seconds)))
 
 
 def cast(source: str) -> Cast:

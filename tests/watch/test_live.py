@@ -23,7 +23,7 @@ from mjxwalk.runs import Metrics
 from mjxwalk.watch import bodies, live, recording, serving, tensorboard
 from mjxwalk.watch.casting import Cast
 from mjxwalk.watch.grounds import Ground
-from mjxwalk.watch.recording import Show, Trial
+from mjxwalk.watch.recording import Show, Take
 from mjxwalk.watch.serving import Serving
 
 
@@ -61,9 +61,9 @@ def get(address: str) -> tuple[int, bytes]:
         return answer.status, answer.read()
 
 
-def nothing_walks(cast: Cast, trial: Trial) -> tuple[Show, str]:
+def nothing_walks(cast: Cast, take: Take) -> tuple[Show, str]:
     """Stands for the recording, which other tests are of."""
-    del trial
+    del take
     ground = Ground(x=0.0, y=0.0, spacing=0.1, rows=1, width=1.0)
     body = bodies.describe(cast.experiment.env)
     show = Show(

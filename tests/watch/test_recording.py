@@ -15,13 +15,13 @@ from mjxwalk.analysis.strides import debounced
 from mjxwalk.envs import Terrain
 from mjxwalk.errors import RunError
 from mjxwalk.watch import forces, grounds, packing, recording
-from mjxwalk.watch.recording import Trial
+from mjxwalk.watch.recording import Take
 
 
 def together(source: str, frames_per_second: float, seconds: float) -> Any:
     given = cast(source)
     experiment = given.experiment
-    heights = np.asarray(experiment.sample_terrains(jax.random.key(0), 1))
+    heights = np.asarray(experiment.sample_trials(jax.random.key(0), 1))
     terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
     recorded = replay.record(
         experiment.env,
@@ -90,7 +90,7 @@ def test_walkers_that_fall_end_where_they_fell_and_say_why() -> None:
     still = jax.tree.map(np.zeros_like, given.genotypes)
     both: Any = jax.tree.map(lambda a, b: np.concatenate([a, b]), given.genotypes, still)
     several = dataclasses.replace(given, genotypes=both, labels=("walks", "falls"))
-    show, text = recording.perform(several, Trial(seconds=2.0))
+    show, text = recording.perform(several, Take(seconds=2.0))
     walks, falls = show.walkers
     assert walks.ending == "open" and falls.ending == "fall"
     assert falls.frames < walks.frames and falls.why.startswith("fell: ")
@@ -103,7 +103,7 @@ def test_the_ground_of_the_page_is_the_ground_that_is_walked_on() -> None:
     given = cast(PLANAR)
     show, text = made(PLANAR)
     row = packing.unpack(show.series, text)["heights"][0]
-    heights = np.asarray(given.experiment.sample_terrains(jax.random.key(0), 1))
+    heights = np.asarray(given.experiment.sample_trials(jax.random.key(0), 1))
     terrain = Terrain(jnp.asarray(heights), jnp.int32(0))
     for x in (-2.5, 0.0, 1.0, 2.3, 4.0):
         ours = np.interp(x, show.ground.x + show.ground.spacing * np.arange(len(row)), row)
@@ -117,7 +117,7 @@ def test_ground_in_space_reaches_to_the_sides_of_the_way() -> None:
     show, text = made(SPATIAL)
     rows = packing.unpack(show.series, text)["heights"]
     assert rows.shape[0] == show.ground.rows
-    heights = np.asarray(given.experiment.sample_terrains(jax.random.key(0), 1))
+    heights = np.asarray(given.experiment.sample_trials(jax.random.key(0), 1))
     terrain = Terrain(jnp.asarray(heights), jnp.int32(0))
     surface = given.experiment.env.terrain
     for node, row in ((40, 1), (60, 7), (70, show.ground.rows - 1)):
@@ -134,4 +134,4 @@ def test_ground_in_space_reaches_to_the_sides_of_the_way() -> None:
 def test_a_body_that_is_not_known_is_refused() -> None:
     given = dataclasses.replace(cast(PLANAR), experiment=toy.Toy())
     with pytest.raises(RunError, match="a World cannot be shown; Planar7, Flame and Reil can"):
-        recording.perform(given, Trial(seconds=1.0))
+        recording.perform(given, Take(seconds=1.0))

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from matplotlib.figure import Figure
 
 from mjxwalk.analysis.figures import COLOURS, FAR, NEAR
-from mjxwalk.envs.reil_body import HIPS, JOINTS, KNEES
+from mjxwalk.envs import Anatomy
 from mjxwalk.replay import Recording
 
 SETTLED = 4.0  # s; ours: the paper's figures show transients of about that length
@@ -39,8 +39,9 @@ class Course(NamedTuple):
         return late if late.any() else ~late
 
 
-def course(recording: Recording, walker: int = 0) -> Course:
-    """Returns the course of one walker of a recording of `Reil`."""
+def course(recording: Recording, anatomy: Anatomy, walker: int = 0) -> Course:
+    """Returns the course of one recorded walker whose hips are asked for angles."""
+    hips, knees = ([getattr(leg, role) for leg in anatomy.legs] for role in ("hip", "knee"))
     last = int(np.argmax(recording.done[:, walker])) or len(recording.time) - 1
     # The state of the start has no desired angles yet.
     frames = slice(1, last + 1)
@@ -48,9 +49,9 @@ def course(recording: Recording, walker: int = 0) -> Course:
     qpos = np.asarray(states.qpos)[frames, walker]
     return Course(
         time=np.asarray(recording.time)[frames, walker],
-        desired=np.asarray(states.target)[frames, walker],
-        hip=qpos[:, HIPS],
-        knee=qpos[:, JOINTS][:, KNEES],
+        desired=np.asarray(states.own.target)[frames, walker],
+        hip=qpos[:, hips],
+        knee=qpos[:, knees],
     )
 
 

@@ -1,4 +1,4 @@
-"""The biped of Reil & Massey as a tree of links: its coordinates, compiled models, and its start.
+"""The biped of Reil & Massey as a tree of links: its coordinates, compiled models, and anatomy.
 
 Source as in `reil.py`. Fourteen coordinates: the hips' midpoint x, y and z, yaw, pitch and roll of
 the trunk, and hip roll, hip pitch, knee and ankle of each leg.
@@ -13,23 +13,33 @@ import numpy as np
 
 from mjxwalk.envs import dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.anatomy import LEGS, Anatomy, Sense, Strength, derive
+from mjxwalk.envs.legged import Sprung
 
 MODEL_PATH = Path(__file__).with_name("reil.xml")
-LEGS = ("left", "right")
-FEET = tuple(f"foot_{leg}" for leg in LEGS)
 SPHERES = tuple(f"{end}_{leg}" for leg in LEGS for end in ("heel", "toe"))
 SPHERE_RADIUS = 0.08  # m; Table 1
 FOOT_DENSITY = 1_000.0  # kg/m^3; Table 1
 LEG = 1.04  # m, hip to ankle with the leg straight; Table 1, thigh and calf abut
-GRAVITY = 9.81  # m/s^2, as in MuJoCo
-# ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
-MAX_SPEED = np.array([50.0] * 3 + [1000.0] * 11, np.float32)  # m/s, rad/s
 EULER = slice(3, 6)  # of the coordinates; yaw, pitch and roll
-YAW = 3
 JOINTS = slice(6, 14)
 HIPS = np.array([7, 11])  # hip pitch, left and right
-KNEES = np.array([2, 6])  # of the joints
 NUM_COORDINATES = 14
+_ANGLES = tuple(f"{j}_{leg}" for leg in LEGS for j in ("hip_roll", "hip", "knee", "ankle"))
+_TORSO = ("yaw", "pitch", "roll")
+SENSES = (
+    Sense("time", "s", "since the start of the trial"),
+    Sense(
+        "torso", "rad", "yaw, pitch and roll (z-y-x): left, forward and right are positive", _TORSO
+    ),
+    Sense("torso_rate", "rad/s", "of the trunk's angles", _TORSO),
+    Sense("angle", "rad", "of each leg's joints, flexion and toes up positive", _ANGLES),
+    Sense("rate", "rad/s", "of each leg's joints", _ANGLES),
+    Sense("contact", "", "whether the left and the right foot touch the ground", LEGS),
+    Sense("ankle_x", "m", "how far the left and the right ankle are ahead of the hips", LEGS),
+)
+# rad; ours: what pattern generators that walk ask of the hips
+STRENGTH = Strength("velocity", (0.5, 0.5), centre=1.0)
 
 
 class Offsets(NamedTuple):
@@ -39,7 +49,7 @@ class Offsets(NamedTuple):
       hip: from the midline to either hip, m.
       trunk: of the trunk's centre over the hips, m.
       heel: of the heel's sphere ahead of the ankle, m; negative is behind.
-      toe: likewise.
+      toe: of the toe's sphere ahead of the ankle, m.
       sole: of both spheres' centres below the ankle, m.
     """
 
@@ -68,6 +78,45 @@ def build_spec(offsets: Offsets) -> Any:
             spec.geom(f"{end}_{leg}").pos = [x, 0.0, -offsets.sole]
             foot.add_site(name=f"{end}_{leg}", pos=[x, 0.0, -offsets.sole])
     return spec
+
+
+def whole_spec(offsets: Offsets, sprung: Sprung, max_torque: float) -> Any:
+    """Returns the `mujoco.MjSpec` with springs and dampers, and motors that give plain torques."""
+    made = build_spec(offsets)
+    stiffness, rest, damping = sprung.springs
+    for joint, name in zip(sprung.joints.tolist(), range(len(stiffness)), strict=True):
+        found = made.joint(_ANGLES[joint])
+        found.stiffness[0], found.damping[0] = float(stiffness[name]), float(damping[name])
+        found.springref = float(rest[name])
+    for leg in LEGS:
+        motor = made.add_actuator(
+            name=f"hip_{leg}", target=f"hip_{leg}", trntype=mujoco.mjtTrn.mjTRN_JOINT
+        )
+        motor.set_to_motor()
+        motor.ctrllimited, motor.ctrlrange = True, [-max_torque, max_torque]
+    return made
+
+
+@functools.cache
+def anatomy(offsets: Offsets, knee: tuple[float, float], max_torque: float) -> Anatomy:
+    """Returns the anatomy of the body.
+
+    Args:
+      offsets: where parts are joined.
+      knee: where the knee cap stops it, rad.
+      max_torque: of the motors, N m.
+    """
+    return derive(
+        hinged_model(offsets).mujoco,
+        name="Reil",
+        motors=[f"hip_{leg}" for leg in LEGS],
+        points=SPHERES,
+        senses=SENSES,
+        limits=np.array([[-max_torque, max_torque]] * 2),
+        ranges={f"knee_{leg}": knee for leg in LEGS},
+        radius=SPHERE_RADIUS,
+        strength=STRENGTH,
+    )
 
 
 @functools.cache

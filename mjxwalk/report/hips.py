@@ -1,17 +1,13 @@
 """The page on a hip-powered biped: Figures 9 to 11 and 13 to 16 of Reil & Massey (2001)."""
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from mjxwalk import replay
-from mjxwalk.analysis import figures, reil_figures
-from mjxwalk.analysis.reil_figures import Course
-from mjxwalk.envs import Reil, Terrain
-from mjxwalk.envs.reil_trials import TrialVariation, usual
+from mjxwalk.analysis import figures, hip_figures
+from mjxwalk.analysis.hip_figures import Course
 from mjxwalk.report import drawing, fitness, winners
 from mjxwalk.report.parts import Picture, Section, frame, number
 from mjxwalk.report.sources import Phase, Source
@@ -31,13 +27,19 @@ HIPS_TEXT = (
     "The network asks for angles of the hips; motors and body follow. In the paper the desired "
     "angle carries a small second oscillation that the body filters out, and desired and actual "
     "angles lock after a short transient. Thin: from the start on; thick: after "
-    f"{reil_figures.SETTLED:g} s."
+    f"{hip_figures.SETTLED:g} s."
 )
 
 
-def is_reil(source: Source) -> bool:
-    """Returns whether a source is of the hip-powered biped."""
-    return isinstance(getattr(source.phases[0].experiment, "env", None), Reil)
+def is_hip_powered(source: Source) -> bool:
+    """Returns whether a source is of a biped whose hips alone are powered, and asked for angles."""
+    env = getattr(source.phases[0].experiment, "env", None)
+    if env is None:
+        return False
+    hips = [leg.hip for leg in env.anatomy.legs]
+    return [each.coordinate for each in env.anatomy.motors] == hips and all(
+        each.law == "velocity" for each in env.anatomy.motors
+    )
 
 
 def sections(
@@ -86,7 +88,7 @@ def hips_section(
     """
     phase = max(list(variants.values())[-1], key=_reached)
     say(f"recording the hips of {phase.label}")
-    shown = reil_figures.course(_recording(phase, engine))
+    shown = hip_figures.course(_recording(phase, engine), phase.experiment.env.anatomy)
     ranges = ", ".join(
         f"{name} from {number(float(part.min()), 2)} to {number(float(part.max()), 2)} rad"
         for name, part in (
@@ -96,10 +98,10 @@ def hips_section(
         )
     )
     drawn = (
-        ("13", "Desired and actual hip angles", reil_figures.angles_over_time),
-        ("14", "The left hip over the left output", reil_figures.locking),
-        ("15", "Right over left hip, desired and actual", reil_figures.attractors),
-        ("16", "The left knee over the left hip", reil_figures.limit_cycle),
+        ("13", "Desired and actual hip angles", hip_figures.angles_over_time),
+        ("14", "The left hip over the left output", hip_figures.locking),
+        ("15", "Right over left hip, desired and actual", hip_figures.attractors),
+        ("16", "The left knee over the left hip", hip_figures.limit_cycle),
     )
     parts = [
         Picture(
@@ -119,12 +121,11 @@ def _reached(phase: Phase) -> float:
 
 def _recording(phase: Phase, engine: str) -> replay.Recording:
     """Returns the trial of a phase's best walker that the paper has: its usual start."""
-    env: Reil = phase.experiment.env
-    env = dataclasses.replace(env, terrain=TrialVariation())
+    env = phase.experiment.env
     genotypes = jax.tree.map(lambda leaf: np.asarray(leaf)[None], phase.walker.genotype)
-    ground = Terrain(usual(), jnp.zeros(1, jnp.int32))
+    given = env.level_trials().given(np.zeros(1, np.int32))
     return replay.record(
-        env, phase.experiment.controller, genotypes, ground, duration=env.max_time, engine=engine
+        env, phase.experiment.controller, genotypes, given, duration=env.max_time, engine=engine
     )
 
 

@@ -1,4 +1,4 @@
-"""The robot Flame as a tree of links: its coordinates, compiled models, and how it starts.
+"""The robot Flame as a tree of links: its coordinates, compiled models, anatomy, and start.
 
 Source and links as in `flame.py`. Sixteen joints are moved by fifteen coordinates: the hip's x, y
 and z, yaw, pitch and roll of the torso, the adduction that both legs share, and hip, knee, ankle
@@ -10,34 +10,53 @@ import functools
 from pathlib import Path
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from mjxwalk.envs import body_file, body_legs, dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.envs.body_contract import HINGE, SLIDE, Contract, Joint, Link
-from mjxwalk.envs.motor import Limits, Springs
+from mjxwalk.envs.anatomy import HINGE, LEGS, SLIDE, Anatomy, Sense, Strength, derive
+from mjxwalk.envs.body_contract import Contract, Joint, Link
+from mjxwalk.envs.legged import Sprung
+from mjxwalk.envs.motor import Springs
 
 MODEL_PATH = Path(__file__).with_name("flame.xml")
-LEGS = ("left", "right")
-FEET = tuple(f"foot_{leg}" for leg in LEGS)
 CORNERS = ("heel_in", "heel_out", "toe_in", "toe_out")
 CONTACT_SITES = tuple(f"{corner}_{leg}" for leg in LEGS for corner in CORNERS)
 LEG_LENGTH = 0.646  # m, hip to floor with the leg straight; a test holds it to flame.xml
-GRAVITY = 9.81  # m/s^2, as in MuJoCo
-# ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
-MAX_SPEED = np.array([50.0] * 3 + [1000.0] * 12, np.float32)  # m/s, rad/s
 EULER = slice(3, 6)  # of the coordinates; yaw, pitch and roll
 PITCH, ROLL, ADDUCTION = 4, 5, 6
 HIPS = (7, 11)  # left and right
-ACTUATED = np.array([6, 7, 8, 9, 11, 12, 13])
-ANKLE_ROLLS = np.array([10, 14])
-JOINTS = slice(6, 15)
-# Which coordinate moves each of the sixteen joints: only the adduction moves two.
-COORDINATE = np.array([0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 6, 11, 12, 13, 14])
-FIRST_JOINT = np.unique(COORDINATE, return_index=True)[1]
-COUPLING = np.eye(15, dtype=np.float32)[COORDINATE]
+ANKLE_ROLLS = ("ankle_roll_left", "ankle_roll_right")
+TIED = ("adduction_left", "adduction_right")
+MOTORS = ("adduction", *(f"{j}_{leg}" for leg in LEGS for j in ("hip", "knee", "ankle")))
+_ANGLES = tuple(f"{j}_{leg}" for leg in LEGS for j in ("hip", "knee", "ankle", "ankle_roll"))
+_TORSO = ("yaw", "pitch", "roll")
+SENSES = (
+    Sense("time", "s", "since the start of the trial"),
+    Sense(
+        "torso", "rad", "yaw, pitch and roll (z-y-x): left, forward and right are positive", _TORSO
+    ),
+    Sense("torso_rate", "rad/s", "of the torso's angles", _TORSO),
+    Sense("adduction", "rad", "of both legs to the torso, legs apart positive"),
+    Sense("adduction_rate", "rad/s", "of both legs to the torso, legs apart positive"),
+    Sense(
+        "angle",
+        "rad",
+        "of each leg's joints, flexion, dorsiflexion and outer edge up positive",
+        _ANGLES,
+    ),
+    Sense("rate", "rad/s", "of each leg's joints", _ANGLES),
+    Sense("contact", "", "whether the left and the right foot touch the ground", LEGS),
+    Sense(
+        "ankle_x",
+        "m",
+        "how far the left and the right ankle are ahead of the hips, as it heads",
+        LEGS,
+    ),
+)
+# N m and N m s/rad; ours: as the linear controllers are limited to; damping tames random torques
+STRENGTH = Strength("torque", (60.0, *(80.0, 60.0, 20.0) * 2), damping=0.2)
 # ours, as are all numbers of the start: the paper says only that the swing foot is in the air and
 # the angle between the legs grows. The right leg stands upright, the left one swings forward.
 START_ANGLE = {
@@ -77,8 +96,8 @@ CONTRACT = Contract(
     kind="spatial",
     links=(Link("torso", "world", ROOT), *_leg("left", 1), *_leg("right", -1)),
     sites=tuple((site, f"foot_{site.rpartition('_')[2]}") for site in CONTACT_SITES),
-    motors=("adduction_left", *(f"{j}_{leg}" for leg in LEGS for j in ("hip", "knee", "ankle"))),
-    tied=("adduction_left", "adduction_right"),
+    motors=("adduction_left", *MOTORS[1:]),
+    tied=TIED,
 )
 
 
@@ -91,7 +110,8 @@ def check(text: str) -> None:
     body_file.check(text, CONTRACT)
     if leg_length(text) <= 0.0:
         raise ValueError("has its feet's sites above the hips; at all angles zero it must stand")
-    if np.any(hinged_model(text).mujoco.qpos_spring[FIRST_JOINT[ANKLE_ROLLS]]):
+    model = hinged_model(text).mujoco
+    if any(model.qpos_spring[model.joint(name).id] for name in ANKLE_ROLLS):
         raise ValueError("joint ankle_roll_left has springref, and must rest at 0; remove it")
 
 
@@ -120,35 +140,70 @@ def ankle_roll(text: str) -> tuple[float, float]:
     return float(model.jnt_stiffness[joint]), float(model.dof_damping[joint])
 
 
-def springs(text: str) -> Springs | None:
-    """Returns the passive springs and dampers of the nine coordinates but the ankles' roll."""
+@functools.cache
+def springs(text: str, roll: tuple[float, float]) -> Sprung:
+    """Returns the passive springs and dampers of the nine coordinates after the root's.
+
+    Args:
+      text: a user's XML, or "" for our body.
+      roll: stiffness, N m/rad, and damping, N m s/rad, of the ankles' roll.
+    """
+    found, model = anatomy(text), hinged_model(text).mujoco
+    num = found.root.num
+    moved = [
+        np.flatnonzero(np.array(found.joint_coordinate) == place).tolist()
+        for place in range(num, len(found.coordinates))
+    ]
+    passive = body_legs.springs(model, moved)
+    zeros = np.zeros(len(moved), np.float32)
+    stiffness, rest, damping = (zeros.copy() for _ in range(3)) if passive is None else passive
+    rolls = [found.place(name) - num for name in ANKLE_ROLLS]
+    stiffness[rolls], damping[rolls] = roll
+    joints = np.flatnonzero(
+        (stiffness != 0.0) | (damping != 0.0) | np.isin(range(len(moved)), rolls)
+    )
+    return Sprung(joints, Springs(stiffness[joints], rest[joints], damping[joints]))
+
+
+@functools.cache
+def anatomy(text: str) -> Anatomy:
+    """Returns the anatomy of a body."""
     model = hinged_model(text).mujoco
-    joints = [np.flatnonzero(COORDINATE == c).tolist() for c in range(6, 15)]
-    found = body_legs.springs(model, joints)
-    if found is None:
-        return None
-    kept = np.ones(9, np.float32)
-    kept[ANKLE_ROLLS - JOINTS.start] = 0.0
-    if not (kept * found.stiffness).any() and not (kept * found.damping).any():
-        return None
-    return Springs(kept * found.stiffness, found.rest, kept * found.damping)
+    return derive(
+        model,
+        name="Flame",
+        motors=MOTORS,
+        points=CONTACT_SITES,
+        senses=SENSES,
+        limits=body_legs.torque_limits_of(
+            model, [model.joint(name).id for name in CONTRACT.motors]
+        ),
+        tied=TIED,
+        strength=STRENGTH,
+    )
 
 
-def limits(text: str) -> Limits | None:
-    """Returns the limits of the seven motors."""
-    model = hinged_model(text).mujoco
-    return body_legs.limits(model, FIRST_JOINT[ACTUATED].tolist())
+def whole_spec(text: str, stiffness: float, damping: float) -> Any:
+    """Returns the `mujoco.MjSpec` with what the engines see to by themselves.
 
-
-def on_joints(values: Float[Array, "9"]) -> Float[Array, "16"]:
-    """Returns the nine joints' values for the model's sixteen, the adduction's once."""
-    return jnp.concatenate([jnp.zeros(6), values[:5], jnp.zeros(1), values[5:]])
-
-
-def joint_ranges(text: str) -> tuple[Float[np.ndarray, "9"], Float[np.ndarray, "9"]]:
-    """Returns where the soft stops of the nine joints begin, rad."""
-    lower, upper = hinged_model(text).mujoco.jnt_range.astype(np.float32).T
-    return lower[FIRST_JOINT[JOINTS]], upper[FIRST_JOINT[JOINTS]]
+    That is the shared adduction, the springs of the ankles' roll, and motors.
+    """
+    made = spec(text)
+    made.add_equality(
+        name="adduction",
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        name1=TIED[1],
+        name2=TIED[0],
+        data=[0.0, 1.0] + [0.0] * 10,
+    )
+    for name in ANKLE_ROLLS:
+        roll = made.joint(name)
+        roll.stiffness[0], roll.damping[0] = stiffness, damping
+    for name in () if made.actuators else CONTRACT.motors:
+        motor = made.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        motor.set_to_motor()
+    return made
 
 
 @functools.cache
@@ -181,6 +236,7 @@ def start(
     jacobian = np.zeros((3, model.nv))
     mujoco.mj_jacBody(model, data, jacobian, None, model.body("foot_right").id)
     data.qvel[:3] = -jacobian @ data.qvel  # its ankle stands still
-    ankles = np.array([data.body(foot).xpos[0] for foot in FEET])
-    qpos, qvel = data.qpos[FIRST_JOINT], data.qvel[FIRST_JOINT]
+    ankles = np.array([data.body(f"foot_{leg}").xpos[0] for leg in LEGS])
+    first = anatomy(text).first_joint
+    qpos, qvel = data.qpos[first], data.qvel[first]
     return qpos.astype(np.float32), qvel.astype(np.float32), ankles.astype(np.float32)

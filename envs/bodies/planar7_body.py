@@ -1,26 +1,34 @@
-"""The planar body as a tree of links: ours or a user's, compiled, with its sizes."""
+"""The planar body as a tree of links: ours or a user's, compiled, with its sizes and anatomy."""
 
 import functools
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from mjxwalk.envs import body_file, body_legs, dynamics
 from mjxwalk.envs._mujoco import compiled
-from mjxwalk.envs.body_contract import HINGE, SLIDE, Contract, Joint, Link
-from mjxwalk.envs.motor import Limits, Springs
+from mjxwalk.envs.anatomy import HINGE, LEGS, SLIDE, Anatomy, Sense, Strength, derive
+from mjxwalk.envs.body_contract import Contract, Joint, Link
+from mjxwalk.envs.legged import Sprung
 
 MODEL_PATH = Path(__file__).with_name("planar7.xml")
-LEGS = ("left", "right")
 JOINTS = ("hip", "knee", "ankle")
-FEET = tuple(f"foot_{leg}" for leg in LEGS)
+ANGLES = tuple(f"{joint}_{leg}" for leg in LEGS for joint in JOINTS)
 CONTACT_SITES = tuple(f"{point}_{leg}" for leg in LEGS for point in ("heel", "toe"))
 LEG_LENGTH = 0.9275  # m, hip to floor with the leg straight; a test holds it to planar7.xml
-SOLE_DEPTH = 0.068  # m, ankle to sole; likewise
-GRAVITY = 9.81  # m/s^2, as in MuJoCo
-ACTUATED = slice(3, 9)  # of qpos and qvel
+SOLE_DEPTH = 0.068  # m, ankle to sole; a test holds it to planar7.xml
+SENSES = (
+    Sense("time", "s", "since the start of the trial; the controller blends its weights by it"),
+    Sense("pitch", "rad", "of the upper body, forward lean positive"),
+    Sense("pitch_rate", "rad/s", "of the upper body, forward lean positive"),
+    Sense("angle", "rad", "of each leg's joints, flexion and dorsiflexion positive", ANGLES),
+    Sense("rate", "rad/s", "of each leg's joints, flexion and dorsiflexion positive", ANGLES),
+    Sense("contact", "", "whether heel or toe of left and right foot touch the ground", LEGS),
+    Sense("ankle_x", "m", "how far the left and the right ankle are ahead of the hip, level", LEGS),
+)
+# N m and N m s/rad; ours: as the linear controllers are limited to; damping tames random torques
+STRENGTH = Strength("torque", (300.0,) * 6, damping=2.0)
 
 
 def _leg(side: str) -> tuple[Link, ...]:
@@ -50,7 +58,7 @@ CONTRACT = Contract(
     kind="planar",
     links=(Link("torso", "world", ROOT), *(link for leg in LEGS for link in _leg(leg))),
     sites=tuple((site, f"foot_{site.rpartition('_')[2]}") for site in CONTACT_SITES),
-    motors=tuple(f"{joint}_{leg}" for leg in LEGS for joint in JOINTS),
+    motors=ANGLES,
 )
 
 
@@ -162,17 +170,24 @@ def compile_body(text: str, masses: Masses) -> dynamics.Model:
     return dynamics.compile_model(with_masses(text, masses))
 
 
-def limits(model: Any) -> Limits | None:
-    """Returns the limits of the six motors."""
-    return body_legs.limits(model, list(range(3, 9)))
-
-
-def springs(model: Any) -> Springs | None:
+@functools.cache
+def springs(text: str) -> Sprung | None:
     """Returns the passive springs and dampers of the six joints."""
-    return body_legs.springs(model, [[joint] for joint in range(3, 9)])
+    found = body_legs.springs(_file_model(text), [[joint] for joint in range(3, 9)])
+    return None if found is None else Sprung(np.arange(6), found)
 
 
-def stops(model: Any) -> tuple[Float[np.ndarray, "6"], Float[np.ndarray, "6"]]:
-    """Returns where the soft stops of the six joints begin, rad."""
-    lower, upper = model.jnt_range[ACTUATED].astype(np.float32).T
-    return lower, upper
+@functools.cache
+def anatomy(text: str) -> Anatomy:
+    """Returns the anatomy of a body."""
+    model = _file_model(text)
+    joints = [model.joint(name).id for name in CONTRACT.motors]
+    return derive(
+        model,
+        name="Planar7",
+        motors=CONTRACT.motors,
+        points=CONTACT_SITES,
+        senses=SENSES,
+        limits=body_legs.torque_limits_of(model, joints),
+        strength=STRENGTH,
+    )

@@ -1,0 +1,363 @@
+"""What is known of a body beside its model: which coordinate is what, where it touches the ground.
+
+Whoever shows, measures, films or exports a body reads its anatomy, so that no tool knows a body by
+name. It is derived from the compiled model and the few things that a file of ours does not say.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from mjxwalk.envs._mujoco import mujoco
+
+Side = Literal["left", "right", "middle"]
+LEGS: tuple[Side, Side] = ("left", "right")
+SLIDE, HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
+KINDS: Mapping[int, Literal["slide", "hinge"]] = {SLIDE: "slide", HINGE: "hinge"}
+MIRROR = np.diag([1.0, -1.0, 1.0])  # left and right change places
+
+
+class Coordinate(NamedTuple):
+    """A number of `State.qpos`.
+
+    Attributes:
+      name: of the joint that it moves; without the side where it moves one of each leg.
+      kind: "slide", m, or "hinge", rad.
+      side: whose leg's it is; "middle" of all others.
+      mirror: place of its partner on the other side; its own of a middle one.
+      sign: by which the partner's value is multiplied as left and right change places.
+      lower: where its range begins; minus infinity where it has none.
+      upper: where its range ends; infinity where it has none.
+    """
+
+    name: str
+    kind: Literal["slide", "hinge"]
+    side: Side
+    mirror: int
+    sign: float
+    lower: float
+    upper: float
+
+    @property
+    def unit(self) -> str:
+        """Of the coordinate: "m" or "rad"."""
+        return "m" if self.kind == "slide" else "rad"
+
+    @property
+    def words(self) -> str:
+        """Its name without the side, to show."""
+        return without_side(self.name).replace("_", " ")
+
+
+class Root(NamedTuple):
+    """How the body moves in the world: the places of these coordinates, None where it has none.
+
+    Attributes:
+      num: of coordinates of the root, which come first.
+      forward: along x.
+      sideways: along y.
+      height: along z.
+      yaw: about z, turning left positive.
+      pitch: about y, leaning forward positive.
+      roll: about x, leaning right positive.
+    """
+
+    num: int
+    forward: int
+    sideways: int | None
+    height: int
+    yaw: int | None
+    pitch: int
+    roll: int | None
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether the body moves in the plane of x and z."""
+        return self.sideways is None
+
+    @property
+    def num_slides(self) -> int:
+        """Coordinates that are places: two in the plane, three in space."""
+        return 2 if self.is_planar else 3
+
+
+class Motor(NamedTuple):
+    """What drives a coordinate; motors are in the order of an action.
+
+    Attributes:
+      coordinate: its place.
+      name: of the coordinate.
+      law: "torque" of a motor that gives what `Action` asks for, "velocity" of one that goes to a
+        desired angle as fast and as strongly as it can.
+      lowest: torque that it can give at least, N m; minus infinity where it is not limited.
+      highest: torque that it can give at most, N m; infinity where it is not limited.
+      strength: torque, N m, or for the law "velocity" angle, rad, for an action of 1 where a policy
+        has to act by numbers from -1 to 1.
+      centre: what an action of 0 asks for there.
+      damping: that such policies get beside their torque, N m s/rad.
+    """
+
+    coordinate: int
+    name: str
+    law: Literal["torque", "velocity"]
+    lowest: float
+    highest: float
+    strength: float
+    centre: float
+    damping: float
+
+
+class ContactPoint(NamedTuple):
+    """A point of a foot that touches the ground.
+
+    Attributes:
+      name: of it.
+      body: name of the foot's body.
+      side: of its leg.
+      offset: from the body's origin in its axes, m.
+      radius: of a sphere about the point, whose lowest point it is that touches; 0 for the point.
+    """
+
+    name: str
+    body: str
+    side: Side
+    offset: tuple[float, float, float]
+    radius: float
+
+
+class Leg(NamedTuple):
+    """A leg, and the places of its coordinates by role, None where it has none of the role."""
+
+    side: Side
+    foot: str
+    hip: int | None
+    knee: int | None
+    ankle: int | None
+
+
+class Sense(NamedTuple):
+    """A field of what the walker senses.
+
+    Attributes:
+      name: of the field of the observation.
+      unit: "" where there is none.
+      meaning: in a few words.
+      order: what each element is, row by row; () where the meaning says so.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    order: tuple[str, ...] = ()
+
+
+class Anatomy(NamedTuple):
+    """A body as its tools see it.
+
+    Attributes:
+      name: of the body.
+      coordinates: in the order of `State.qpos`.
+      joint_coordinate: place of the coordinate that moves each joint of the model.
+      root: how the body moves in the world.
+      torso: name of the body that the root's joints move.
+      motors: in the order of an action.
+      points: where it touches the ground, in the order of `State.touching`.
+      legs: left, then right.
+      senses: what is sensed, in order.
+    """
+
+    name: str
+    coordinates: tuple[Coordinate, ...]
+    joint_coordinate: tuple[int, ...]
+    root: Root
+    torso: str
+    motors: tuple[Motor, ...]
+    points: tuple[ContactPoint, ...]
+    legs: tuple[Leg, ...]
+    senses: tuple[Sense, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return tuple(each.name for each in self.coordinates)
+
+    @property
+    def driven(self) -> Int[np.ndarray, " motor"]:
+        """Places of the coordinates that have a motor."""
+        return np.array([motor.coordinate for motor in self.motors], int)
+
+    @property
+    def first_joint(self) -> Int[np.ndarray, " coordinate"]:
+        """The first joint that each coordinate moves."""
+        return np.unique(np.array(self.joint_coordinate), return_index=True)[1]
+
+    @property
+    def coupling(self) -> Float[np.ndarray, "joint coordinate"] | None:
+        """Rates of the joints as a matrix times those of the coordinates; None if they are one."""
+        if len(self.joint_coordinate) == len(self.coordinates):
+            return None
+        return np.eye(len(self.coordinates), dtype=np.float32)[np.array(self.joint_coordinate)]
+
+    def place(self, name: str) -> int:
+        """Returns the place of the coordinate of a name.
+
+        Raises:
+          ValueError: the body has none.
+        """
+        if name not in self.names:
+            raise ValueError(f"{self.name} has no {name}; it has {', '.join(self.names)}")
+        return self.names.index(name)
+
+    def heel_and_toe(self, leg: Leg) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+        """Returns the middle of a foot's hind contact points, and of its front ones, m.
+
+        Both are in the foot's axes; of a foot with one point they are that point.
+        """
+        places = np.array([point.offset for point in self.points if point.body == leg.foot])
+        front = places[:, 0] > places[:, 0].mean()
+        heel, toe = (
+            places[~front].mean(axis=0),
+            places[front if front.any() else ~front].mean(axis=0),
+        )
+        return heel, toe
+
+    def points_of(self, leg: Leg) -> list[int]:
+        """Returns the places of a foot's contact points."""
+        return [place for place, point in enumerate(self.points) if point.body == leg.foot]
+
+
+class Strength(NamedTuple):
+    """What motors give for an action of 1, where a policy acts by numbers from -1 to 1."""
+
+    law: Literal["torque", "velocity"]
+    strength: Sequence[float]
+    centre: float = 0.0
+    damping: float = 0.0
+
+
+def derive(
+    model: Any,
+    *,
+    name: str,
+    motors: Sequence[str],
+    points: Sequence[str],
+    senses: tuple[Sense, ...],
+    strength: Strength,
+    limits: Float[np.ndarray, "motor 2"] | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    tied: tuple[str, str] | None = None,
+    radius: float = 0.0,
+) -> Anatomy:
+    """Returns the anatomy of a body with one tree, whose root has joints in the world's axes.
+
+    Args:
+      model: the `mujoco.MjModel`, with slides and hinges only.
+      name: of the body.
+      motors: coordinates with a motor, in the order of an action.
+      points: sites that touch the ground, in the order of a state.
+      senses: what is sensed.
+      strength: of the motors for policies that act by numbers from -1 to 1.
+      limits: least and greatest torque of each motor, N m; None for those of no limit.
+      ranges: of joints, in place of the model's; None where the model has them.
+      tied: two joints that one coordinate moves.
+      radius: of a sphere about each point, m.
+    """
+    joints = [str(model.joint(joint).name) for joint in range(model.njnt)]
+    coordinate_names = [without_side(each) if tied and each in tied else each for each in joints]
+    names = list(dict.fromkeys(coordinate_names))
+    first = [coordinate_names.index(each) for each in names]
+    coordinates = [_coordinate(model, joints, names, first, place) for place in range(len(names))]
+    for joint, (lower, upper) in (ranges or {}).items():
+        place = names.index(joint)
+        coordinates[place] = coordinates[place]._replace(lower=lower, upper=upper)
+    found = [_point(model, each, radius) for each in points]
+    most = np.full((len(motors), 2), (-np.inf, np.inf)) if limits is None else limits
+    return Anatomy(
+        name=name,
+        coordinates=tuple(coordinates),
+        joint_coordinate=tuple(names.index(each) for each in coordinate_names),
+        root=_root(model, names),
+        torso=str(model.body(1).name),
+        motors=tuple(
+            Motor(
+                names.index(each),
+                each,
+                strength.law,
+                float(low),
+                float(high),
+                float(one),
+                strength.centre,
+                strength.damping,
+            )
+            for each, (low, high), one in zip(motors, most, strength.strength, strict=True)
+        ),
+        points=tuple(found),
+        legs=tuple(_leg(names, found, side) for side in LEGS),
+        senses=senses,
+    )
+
+
+def side_of(name: str) -> Side:
+    """Returns the side that a name ends with."""
+    ending = name.rpartition("_")[2]
+    return "left" if ending == "left" else "right" if ending == "right" else "middle"
+
+
+def without_side(name: str) -> str:
+    """Returns a name without the side that it ends with."""
+    return name.removesuffix("_left").removesuffix("_right")
+
+
+def _coordinate(
+    model: Any, joints: list[str], names: list[str], first: list[int], place: int
+) -> Coordinate:
+    joint, name = first[place], names[place]
+    kind, side = KINDS[int(model.jnt_type[joint])], side_of(name)
+    partner = name
+    if side != "middle":
+        partner = f"{without_side(name)}_{'right' if side == 'left' else 'left'}"
+    mirror = names.index(partner) if partner in names else place
+    # Of a coordinate that moves a joint of either leg, the partner is the other joint.
+    twin = joints[joint] if name in joints else joints[joint].replace("left", "right")
+    other = joints.index(twin) if mirror == place else first[mirror]
+    axis, mirrored = model.jnt_axis[other], MIRROR @ model.jnt_axis[joint]
+    limited = bool(model.jnt_limited[joint])
+    lower, upper = model.jnt_range[joint] if limited else (-np.inf, np.inf)
+    # An axis of turning is mirrored the other way round.
+    sign = float(np.sign(axis @ mirrored)) * (1.0 if kind == "slide" else -1.0)
+    return Coordinate(name, kind, side, mirror, sign, float(lower), float(upper))
+
+
+def _root(model: Any, names: list[str]) -> Root:
+    """Returns the root's coordinates, by how the joints of the tree's first body are turned."""
+    num = int(model.body_jntnum[1])
+    found: dict[tuple[str, str], int] = {}
+    for joint in range(num):
+        axis = "xyz"[int(np.argmax(np.abs(model.jnt_axis[joint])))]
+        found[KINDS[int(model.jnt_type[joint])], axis] = joint
+    return Root(
+        num=num,
+        forward=found["slide", "x"],
+        sideways=found.get(("slide", "y")),
+        height=found["slide", "z"],
+        yaw=found.get(("hinge", "z")),
+        pitch=found["hinge", "y"],
+        roll=found.get(("hinge", "x")),
+    )
+
+
+def _point(model: Any, name: str, radius: float) -> ContactPoint:
+    site = model.site(name)
+    body = str(model.body(int(model.site_bodyid[site.id])).name)
+    x, y, z = (float(value) for value in site.pos)
+    return ContactPoint(name, body, side_of(body), (x, y, z), radius)
+
+
+def _leg(names: list[str], points: list[ContactPoint], side: Side) -> Leg:
+    def place(role: str) -> int | None:
+        return names.index(f"{role}_{side}") if f"{role}_{side}" in names else None
+
+    foot = next(point.body for point in points if point.side == side)
+    return Leg(side, foot, place("hip"), place("knee"), place("ankle"))
