@@ -6,7 +6,6 @@ import jax
 import numpy as np
 
 from mjxwalk import engines
-from mjxwalk.engines import lanes, mjx
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import TRIAL_AXES, Terrain, Trial, Trials
 from mjxwalk.rollout import Outcome
@@ -37,34 +36,25 @@ class Evaluator:
     """
 
     def __init__(self, task: Task, engine: str) -> None:
-        self.engine, self.why = engines.choose(engine)
-        in_axes: Any = (0, TRIAL_AXES)
-        if self.engine == "lanes":
-            self._run = lanes.vmap(task.rollout, in_axes, results=OUTCOME)
-            self.devices = f"{self._run.threads} CPU threads"
-        else:
-            vmap = lanes.xla_vmap if self.engine == "lanes-xla" else mjx.vmap
-            self._run = vmap(task.rollout, in_axes)
-            self.devices = f"{len(jax.devices())} x {jax.devices()[0].device_kind}"
+        choice = engines.choose(engine)
+        self.engine, self.why = choice.name, choice.why
+        self.devices = choice.engine.devices()
+        self._mapped = choice.engine.vmap(task.rollout, (0, TRIAL_AXES), results=OUTCOME)
 
     @property
     def compile_s(self) -> float:
         """Seconds spent compiling so far."""
-        if isinstance(self._run, mjx.Mapped):
-            return self._run.compile_s
-        return self._run.compiled.seconds if self._run.compiled else 0.0
+        return self._mapped.compile_s
 
     @pinned()
     def prepare(self, population: Any, trials: Any) -> None:
-        """Compiles for arguments of `evaluate` of these shapes, as far as the engine can.
+        """Compiles for arguments of `evaluate` of these shapes.
 
         Args:
           population: anything with the shapes and types of the genotypes.
           trials: anything with those of the trials.
         """
-        if isinstance(self._run, lanes.Mapped):
-            population, given = _laid_out(population, trials, _shape)
-            self._run.compile(population, given)
+        self._mapped.prepare(*_laid_out(population, trials, _shape))
 
     @pinned()
     def evaluate(self, population: Any, trials: Trials) -> Outcome:
@@ -84,7 +74,7 @@ class Evaluator:
             if len(sizes) != 1 or sizes & {(), (0,)}:
                 what = "genotypes" if name == "population" else "trials"
                 raise ValueError(f"{name} must have {what} in front of all leaves, got {shapes}")
-        outcome = self._run(*_laid_out(population, trials, _repeated))
+        outcome = self._mapped(*_laid_out(population, trials, _repeated))
         return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, trials.num), outcome)
 
 

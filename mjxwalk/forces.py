@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from mjxwalk import engines
-from mjxwalk.engines import lanes, mjx
 from mjxwalk.envs import LeggedEnv, Trial
 from mjxwalk.replay import Recording
 from mjxwalk.rollout import Controller
@@ -74,6 +73,4 @@ class _Walker:
 @functools.lru_cache(maxsize=8)
 def _compiled(walker: _Walker, engine: str) -> Any:
     axes = (0, 0, None, None)
-    if engine == "lanes":
-        return lanes.vmap(walker.forces, axes, results=Forces(torque=0, ground=1))
-    return (lanes.xla_vmap if engine == "lanes-xla" else mjx.vmap)(walker.forces, axes)
+    return engines.load(engine).vmap(walker.forces, axes, results=Forces(torque=0, ground=1))

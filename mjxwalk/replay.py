@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -12,7 +11,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from mjxwalk import budget, engines
-from mjxwalk.engines import lanes, mjx
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import TRIAL_AXES, Trial
 from mjxwalk.rollout import Controller, Environment, Walk, advance, start
@@ -128,20 +126,13 @@ class _Walker:
 
 @functools.lru_cache(maxsize=8)
 def _beginning(walker: _Walker, engine: str) -> Any:
-    return _vmap(walker.begin, engine, (0, TRIAL_AXES), None)
+    return engines.load(engine).vmap(walker.begin, (0, TRIAL_AXES))
 
 
 @functools.lru_cache(maxsize=8)
 def _proceeding(walker: _Walker, engine: str, tree: Any) -> Any:
-    axes = (0, 0, TRIAL_AXES, None)
-    return _vmap(walker.proceed, engine, axes, jax.tree.unflatten(tree, range(tree.num_leaves)))
-
-
-def _vmap(function: Callable[..., Any], engine: str, in_axes: Any, results: Any) -> Any:
-    """Returns a function for many walkers; `results` is a tree like what it returns."""
-    if engine == "lanes":
-        return lanes.vmap(function, in_axes, results=results)
-    return (lanes.xla_vmap if engine == "lanes-xla" else mjx.vmap)(function, in_axes)
+    results = jax.tree.unflatten(tree, range(tree.num_leaves))
+    return engines.load(engine).vmap(walker.proceed, (0, 0, TRIAL_AXES, None), results=results)
 
 
 def _in_order(leaves: tuple[Any, ...], num_posts: int, num_frames: int) -> Any:

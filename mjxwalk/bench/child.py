@@ -58,7 +58,7 @@ def _compile(body: str) -> dict[str, Any]:
     walkers = bodies.walkers(bodies.BODIES[body], 1)
     mapped = lanes.vmap(bodies.BODIES[body].study().rollout, walkers.axes, results=OUTCOME)
     started = time.perf_counter()
-    mapped.compile(walkers.genotypes, walkers.given)
+    mapped.prepare(walkers.genotypes, walkers.given)
     return {"seconds": time.perf_counter() - started}
 
 

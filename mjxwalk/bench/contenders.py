@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from mjxwalk.bench.bodies import Body, Walkers, fixed_steps, walkers
-from mjxwalk.engines import lanes, mjx
+from mjxwalk.engines import lanes, lanes_xla, mjx
 from mjxwalk.envs._mujoco import mujoco
 
 # `mujoco.rollout` keeps every state that it goes through, so longer ones are run in parts.
@@ -73,7 +73,7 @@ def make(
     population = walkers(body, size)
     field: dict[str, Callable[[], Any]] = {
         "lanes": lambda: Engine(lanes.vmap, population),
-        "lanes_xla": lambda: Engine(lanes.xla_vmap, population),
+        "lanes_xla": lambda: Engine(lanes_xla.vmap, population),
         "mjx": lambda: Engine(mjx.vmap, population),
         "mujoco_rollout": lambda: MujocoRollout(body, size, threads),
     }

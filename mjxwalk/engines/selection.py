@@ -7,15 +7,20 @@ from typing import NamedTuple
 import jax
 
 from mjxwalk import cache_folder, forking, terminal
-
-ENGINES = ("auto", "lanes", "lanes-xla", "mjx")
+from mjxwalk.engines import registry
+from mjxwalk.engines.protocol import Engine
 
 
 class Choice(NamedTuple):
-    """An engine and the reason for it, in words."""
+    """An engine's name and the reason for it, in words."""
 
     name: str
     why: str
+
+    @property
+    def engine(self) -> Engine:
+        """The engine itself, whose module is imported here."""
+        return registry.load(self.name)
 
 
 def prepare() -> None:
@@ -53,9 +58,8 @@ def choose(name: str) -> Choice:
     Raises:
       ValueError: there is no such engine.
     """
-    if name not in ENGINES:
-        raise ValueError(f"engine must be one of {', '.join(ENGINES)}, got {name!r}")
-    if name != "auto":
+    registry.check(name)
+    if name != registry.AUTO:
         return Choice(name, "asked for")
     if jax.default_backend() == "cpu":
         return Choice("lanes", "JAX sees no accelerator, and on a CPU lanes is the fastest")

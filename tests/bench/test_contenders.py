@@ -11,7 +11,7 @@ import pytest
 from mjxwalk.bench import bodies, contenders
 from mjxwalk.bench.evolved import Evolved
 from mjxwalk.bench.peak import Peak
-from mjxwalk.engines import lanes, mjx
+from mjxwalk.engines import lanes, lanes_xla, mjx
 from mjxwalk.envs import Terrain
 from mjxwalk.experiments.experiment import Experiment
 from mjxwalk.rollout import Outcome
@@ -47,7 +47,7 @@ def walking() -> contenders.Engine:
 def test_every_contender_takes_the_same_steps(steps: int) -> None:
     rivals = {
         "lanes": contenders.Engine(lanes.vmap, climbers(5)),
-        "lanes_xla": contenders.Engine(lanes.xla_vmap, climbers(5)),
+        "lanes_xla": contenders.Engine(lanes_xla.vmap, climbers(5)),
         "mjx": contenders.Engine(mjx.vmap, climbers(5)),
         "mujoco_rollout": contenders.MujocoRollout(PLANAR, 5, 2),
     }
@@ -58,7 +58,7 @@ def test_every_contender_takes_the_same_steps(steps: int) -> None:
 
 def test_the_steps_are_taken_and_not_only_counted() -> None:
     population = climbers(5)
-    for vmap in (lanes.vmap, lanes.xla_vmap, mjx.vmap):
+    for vmap in (lanes.vmap, lanes_xla.vmap, mjx.vmap):
         engine = contenders.Engine(vmap, population)
         walked = engine.mapped(population.genotypes, population.terrain, np.int32(6))
         np.testing.assert_array_equal(walked.walk, 1 + 6 * np.arange(5))

@@ -5,7 +5,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjxwalk import engines
 from mjxwalk.engines import mjx
 
 
@@ -49,8 +48,3 @@ def test_batches_of_different_sizes_are_refused() -> None:
 def test_a_batch_that_is_not_in_front_is_refused() -> None:
     with pytest.raises(ValueError, match="in_axes must be 0 or None, got 1"):
         mjx.vmap(collatz, in_axes=(1, None))(jnp.ones((2, 3)), jnp.asarray(5))
-
-
-def test_unknown_engine_is_refused() -> None:
-    with pytest.raises(ValueError, match="engine must be one of .*, got 'warp'"):
-        engines.choose("warp")

@@ -51,6 +51,7 @@ class Mapped:
 
     Attributes:
       compiled: the kernel of the latest call, with its target, operations a step, and seconds.
+      compile_s: seconds spent tracing and compiling so far.
       threads: how many threads run it.
       utilisation: of the latest call, the share of lane-iterations that had a walker.
     """
@@ -67,6 +68,7 @@ class Mapped:
         functools.update_wrapper(self, function, updated=())
         self.threads = running.threads(threads)
         self.compiled: Compiled | None = None
+        self.compile_s = 0.0
         self.utilisation = 1.0
         self._function = function
         self._in_axes = tuple(in_axes) if isinstance(in_axes, list) else in_axes
@@ -84,10 +86,10 @@ class Mapped:
         kernel = self._kernel(leaves, tree, axes)
         return self._run(kernel, arrays, _count(leaves, axes))
 
-    def compile(self, *args: Any, **kwargs: Any) -> Compiled:
+    def prepare(self, *args: Any, **kwargs: Any) -> None:
         """Compiles for arguments of these shapes without running; anything with a shape serves."""
         leaves, tree = jax.tree.flatten((args, kwargs))
-        return self._kernel(leaves, tree, self._axes(args, kwargs))
+        self._kernel(leaves, tree, self._axes(args, kwargs))
 
     def _axes(self, args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[int | None]:
         """Returns the mapped axis of every leaf."""
@@ -110,6 +112,7 @@ class Mapped:
             key, found = None, None
         if found is None:
             found = compiled(self._function, tree, abstracts, self._target, self._results)
+            self.compile_s += found.seconds
             if key is not None:
                 self._kernels[key] = found
         self.compiled = found

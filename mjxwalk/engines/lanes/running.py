@@ -42,6 +42,11 @@ def threads(asked: int | None = None) -> int:
     return usable
 
 
+def devices() -> str:
+    """Returns how many threads run kernels, in words."""
+    return f"{threads()} CPU threads"
+
+
 def _quota(path: Path) -> float | None:
     """Returns the CPUs' worth of time that a control group grants, or None if it sets no limit."""
     try:

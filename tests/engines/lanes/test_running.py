@@ -30,7 +30,7 @@ def test_a_signal_stops_a_kernel_that_would_never_end() -> None:
         raise Alarm
 
     mapped = lanes.vmap(endless)
-    mapped.compile(np.ones(1, np.float32))
+    mapped.prepare(np.ones(1, np.float32))
     others = threading.active_count()
     before = signal.signal(signal.SIGALRM, ring)
     try:
@@ -53,7 +53,7 @@ def test_python_goes_on_while_a_kernel_runs() -> None:
             turns.append(time.perf_counter())
 
     mapped = lanes.vmap(lambda x: lax.fori_loop(0, 3_000_000, lambda i, s: s * 0.999 + x, x))
-    mapped.compile(np.ones(1, np.float32))
+    mapped.prepare(np.ones(1, np.float32))
     ticking = threading.Thread(target=tick)
     ticking.start()
     start = time.perf_counter()

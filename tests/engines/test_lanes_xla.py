@@ -25,13 +25,13 @@ from engines.lanes.cases import (
 )
 from jax import lax
 
-from mjxwalk.engines import lanes
+from mjxwalk.engines import lanes, lanes_xla
 from mjxwalk.rollout import rollout
 
 
 def agree(function: Any, *args: Any, in_axes: Any = 0, rtol: Any = 2e-6, atol: Any = 2e-6) -> None:
     """Asserts that the scalar graph is the function; sums in another order round differently."""
-    got = lanes.xla_vmap(function, in_axes)(*args)
+    got = lanes_xla.vmap(function, in_axes)(*args)
     want = jax.jit(jax.vmap(function, in_axes))(*args)
     assert jax.tree.structure(got) == jax.tree.structure(want)
     for ours, theirs in zip(jax.tree.leaves(got), jax.tree.leaves(want), strict=True):
@@ -56,7 +56,7 @@ def test_integers_agree_with_jax(name: Any, numbers: Any) -> None:
 def test_walkers_that_end_at_different_steps_agree_with_the_machine_code() -> None:
     args = (STARTS, GROUND, (np.arange(203) % 3).astype(np.int32), np.int32(300))
     axes = (0, None, 0, None)
-    ours, theirs = lanes.xla_vmap(stroll, axes)(*args), lanes.vmap(stroll, axes)(*args)
+    ours, theirs = lanes_xla.vmap(stroll, axes)(*args), lanes.vmap(stroll, axes)(*args)
     same = np.asarray(ours[0]) == theirs[0]
     assert same.mean() > 0.95  # a walker within rounding of the end may take one step more
     np.testing.assert_allclose(np.asarray(ours[1])[same], theirs[1][same], rtol=1e-3, atol=1e-3)
@@ -102,10 +102,10 @@ def test_a_leaf_of_none_is_no_argument() -> None:
 
 
 def test_what_it_cannot_compile_it_refuses_as_the_machine_code_does() -> None:
-    with pytest.raises(lanes.CannotCompileError, match=r"`eigh`.*test_batching\.py.*--engine mjx"):
-        lanes.xla_vmap(lambda x: jnp.linalg.eigh(jnp.outer(x, x))[0])(X)
+    with pytest.raises(lanes.CannotCompileError, match=r"`eigh`.*test_lanes_xla\.py.*--engine mjx"):
+        lanes_xla.vmap(lambda x: jnp.linalg.eigh(jnp.outer(x, x))[0])(X)
     with pytest.raises(ValueError, match="one batch size"):
-        lanes.xla_vmap(lambda x, y: x + y)(X, X[:3])
+        lanes_xla.vmap(lambda x, y: x + y)(X, X[:3])
 
 
 @pytest.mark.slow
@@ -114,7 +114,7 @@ def test_short_trials_agree_with_the_machine_code_to_rounding() -> None:
     env = dataclasses.replace(ENV, max_time=0.2)
     args = (weights(65, 0.3), terrain(65))  # no multiple of the number of devices
     trial = functools.partial(rollout, env, CONTROLLER)
-    ours, theirs = lanes.xla_vmap(trial, AXES)(*args), lanes.vmap(trial, AXES)(*args)
+    ours, theirs = lanes_xla.vmap(trial, AXES)(*args), lanes.vmap(trial, AXES)(*args)
     assert (np.asarray(ours.fell) == theirs.fell).all()
     np.testing.assert_allclose(np.asarray(ours.distance), theirs.distance, atol=2e-5)
     np.testing.assert_allclose(np.asarray(ours.work), theirs.work, rtol=1e-3)

@@ -1,4 +1,4 @@
-"""`xla_vmap`: the public face of the code generator for XLA."""
+"""The scalar graph of the lanes engine as JAX operations, which XLA compiles for any device."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -13,9 +13,12 @@ from mjxwalk.engines.lanes import arrays
 from mjxwalk.engines.lanes.compiling import Abstract, traced
 from mjxwalk.engines.lanes.program import program
 from mjxwalk.engines.lanes.simplify import simplifying
+from mjxwalk.engines.mjx import devices
+
+__all__ = ["devices", "scalarised", "vmap"]
 
 
-def xla_vmap(function: Callable[..., Any], in_axes: Any = 0) -> mjx.Mapped:
+def vmap(function: Callable[..., Any], in_axes: Any = 0, *, results: Any = None) -> mjx.Mapped:
     """Returns what `jax.jit(jax.vmap(function, in_axes))` is, from the scalar graph, by XLA.
 
     Runs on every device that JAX sees.
@@ -23,6 +26,7 @@ def xla_vmap(function: Callable[..., Any], in_axes: Any = 0) -> mjx.Mapped:
     Args:
       function: works on one walker; a pure function of small arrays.
       in_axes: 0 or None for each argument, or for each part of one, as for `jax.vmap`.
+      results: not needed here; see `mjxwalk.engines.Engine`.
 
     Raises:
       CannotCompileError: when called, if the function uses what the engine cannot compile.
