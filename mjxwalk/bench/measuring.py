@@ -24,7 +24,7 @@ from mjxwalk.bench.results import (
     Speed,
 )
 from mjxwalk.engines import lanes
-from mjxwalk.engines.lanes import running
+from mjxwalk.engines.lanes.runtime.thread_pool import num_threads
 from mjxwalk.engines.selection import num_cores
 from mjxwalk.runs import manifest
 
@@ -138,7 +138,7 @@ def _prepare(
             fields[name] = contenders.make(
                 body,
                 sizes.population,
-                running.threads(),
+                num_threads(),
                 xla=sizes.xla or accelerator,
                 without=left_out[name],
             )
@@ -160,7 +160,7 @@ def engines(rivals: Mapping[str, Any], sizes: Sizes, left_out: Mapping[str, str]
       sizes: how much is measured.
       left_out: the contenders that are not, and why.
     """
-    field = {**rivals, PEAK: Peak(running.threads())}
+    field = {**rivals, PEAK: Peak(num_threads())}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
     timings = timing.in_turn(field, amounts, sizes.repeats)
     rates = {name: timing.rate(timings[name]) for name in field}

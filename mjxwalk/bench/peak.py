@@ -6,7 +6,7 @@ from typing import Any
 
 import llvmlite.binding as _llvm
 
-from mjxwalk.engines.lanes import target
+from mjxwalk.engines.lanes.backend import machine_code
 
 llvm: Any = _llvm  # untyped
 
@@ -27,7 +27,7 @@ class Peak:
     """
 
     def __init__(self, threads: int, width: int | None = None) -> None:
-        host = target.host(width)
+        host = machine_code.host(width)
         self.width = host.width
         self.threads = threads
         many = host.width == 16 or host.processor in ("aarch64", "arm64")

@@ -9,10 +9,11 @@ import numpy as np
 from jax.custom_batching import custom_vmap
 
 from mjxwalk.engines import mjx
-from mjxwalk.engines.lanes import arrays
-from mjxwalk.engines.lanes.compiling import Abstract, traced
-from mjxwalk.engines.lanes.program import program
-from mjxwalk.engines.lanes.simplify import simplifying
+from mjxwalk.engines.lanes.backend import jax_operations
+from mjxwalk.engines.lanes.frontend.tracing import trace
+from mjxwalk.engines.lanes.ir.scheduling import build_program
+from mjxwalk.engines.lanes.ir.signature import Argument, Result
+from mjxwalk.engines.lanes.ir.simplify import simplifying
 from mjxwalk.engines.mjx import devices
 
 __all__ = ["devices", "scalarised", "vmap"]
@@ -57,27 +58,26 @@ def _batched(
     size: int,
 ) -> Any:
     """Returns a function of a batch, walkers first in arguments and results."""
-    abstracts = [_abstract(leaf, alike) for leaf, alike in zip(leaves, shared, strict=True)]
-    graph, results, output_tree = traced(function, tree, abstracts)
-    numbers = [node for result in results for node in result.array.ravel().tolist()]
+    arguments = [_argument(leaf, alike) for leaf, alike in zip(leaves, shared, strict=True)]
+    traced = trace(function, tree, arguments)
     inputs = [
         jnp.ravel(leaf) if alike else jnp.reshape(leaf, (size, -1)).T
         for leaf, alike in zip(leaves, shared, strict=True)
     ]
-    made = iter(arrays.outputs(program(graph, numbers, simplifying), inputs, shared, size))
-    return jax.tree.unflatten(
-        output_tree, [_rows([next(made) for _ in range(r.array.size)], r, size) for r in results]
-    )
+    whole = build_program(traced.graph, traced.outputs, simplifying)
+    made = iter(jax_operations.outputs(whole, inputs, shared, size))
+    outputs = [_rows([next(made) for _ in range(r.size)], r, size) for r in traced.results]
+    return jax.tree.unflatten(traced.tree, outputs)
 
 
-def _rows(numbers: list[jax.Array], result: Any, size: int) -> jax.Array:
+def _rows(numbers: list[jax.Array], result: Result, size: int) -> jax.Array:
     """Returns an output from its numbers, walkers first."""
-    shape = (size, *result.array.shape)
+    shape = (size, *result.shape)
     if not numbers:
         return jnp.zeros(shape, result.dtype)
     return jnp.stack(numbers, axis=-1).reshape(shape)
 
 
-def _abstract(leaf: Any, shared: bool) -> Abstract:
+def _argument(leaf: Any, shared: bool) -> Argument:
     shape = np.shape(leaf) if shared else np.shape(leaf)[1:]
-    return Abstract(shape, leaf.dtype.name, bool(getattr(leaf, "weak_type", False)), shared)
+    return Argument(shape, leaf.dtype.name, bool(getattr(leaf, "weak_type", False)), shared)

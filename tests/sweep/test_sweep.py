@@ -21,7 +21,7 @@ from mjxwalk.cli import main
 from mjxwalk.cli.evolve import Evolve
 from mjxwalk.cli.parsing import parse
 from mjxwalk.cli.sweep_grid import is_of_sweep, make_plan
-from mjxwalk.engines.lanes import cache
+from mjxwalk.engines.lanes.cache import entries
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, folder, sealing
 from mjxwalk.sweep import local, looking, plan
@@ -246,13 +246,13 @@ def test_one_process_at_a_time_makes_a_kernel(
     order: list[str] = []
 
     def second() -> None:
-        with cache.alone("code", "abc"):
+        with entries.alone("code", "abc"):
             order.append("second")
 
     other = threading.Thread(target=second)
-    with cache.alone("code", "abc"):
+    with entries.alone("code", "abc"):
         other.start()
-        with cache.alone("code", "xyz"):
+        with entries.alone("code", "xyz"):
             pass
         time.sleep(0.2)
         order.append("first")
@@ -260,5 +260,5 @@ def test_one_process_at_a_time_makes_a_kernel(
     assert order == ["first", "second"]
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    with cache.alone("code", "abc"):  # no disk to tell by
+    with entries.alone("code", "abc"):  # no disk to tell by
         pass

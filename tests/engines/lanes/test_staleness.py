@@ -288,11 +288,11 @@ if {declared}:
     own_process.declare()
 import numpy as np
 from mjxwalk.engines import lanes
-from mjxwalk.engines.lanes import compiling
+from mjxwalk.engines.lanes import compiler
 from mjxwalk.task import Task
 traces = []
-original = compiling.traced
-compiling.traced = lambda *args, **more: (traces.append(1), original(*args, **more))[1]
+original = compiler.trace
+compiler.trace = lambda *args, **more: (traces.append(1), original(*args, **more))[1]
 mapped = lanes.vmap(Task(float(sys.argv[1])).rollout, results=0)
 print(mapped(np.ones(4, np.float32))[0], len(traces))
 """

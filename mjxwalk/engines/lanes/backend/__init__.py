@@ -1,0 +1,1 @@
+"""Code from a program: LLVM IR and machine code of the host, or JAX operations."""

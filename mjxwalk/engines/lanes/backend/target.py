@@ -1,0 +1,21 @@
+"""What code is generated for."""
+
+import dataclasses
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Target:
+    """A CPU and the width of its vectors.
+
+    Attributes:
+      width: lanes of a vector.
+      processor: LLVM's name of the architecture.
+      cpu, features: LLVM's names of the model and of what it can do.
+      estimates: whether it has 14-bit estimates of 1/x and 1/sqrt(x) for this many floats.
+    """
+
+    width: int
+    processor: str
+    cpu: str
+    features: str
+    estimates: bool

@@ -1,0 +1,1 @@
+"""From a Python function to the scalar graph: JAX traces it, an interpreter unrolls it."""

@@ -1,0 +1,257 @@
+"""From a jaxpr to the scalar graph: an interpreter whose numbers are nodes.
+
+An array whose numbers are known while tracing stays a numpy array (`Known`); most of a model is
+that, and all of it folds away. Any other is an array of node ids (`Nodes`), so that every
+operation that only moves numbers about is numpy's own, applied to the ids. What each primitive
+does is in the tables of `primitives`.
+"""
+
+import dataclasses
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from mjxwalk.engines.lanes.errors import CannotCompileError
+from mjxwalk.engines.lanes.ir.graph import OUTSIDE, Array, Graph, LoopId
+from mjxwalk.engines.lanes.ir.semantics import evaluate
+from mjxwalk.engines.lanes.ir.simplify import simplifying
+
+# Elements of inputs are numbered from here: argument * ARGUMENT + place, so that a table of a
+# million entries costs no nodes, and rows of it are recognised by their consecutive numbers.
+ARGUMENT = 1 << 40
+
+NUMBERS = tuple("bool int8 int16 int32 int64 uint8 uint16 uint32 uint64 float32 float64".split())
+
+Equation = Any  # jax.extend.core.JaxprEqn; its parts are untyped, and read in this package only
+Jaxpr = Any
+
+
+@dataclasses.dataclass(frozen=True)
+class Known:
+    """An array of numbers known while tracing."""
+
+    array: Array
+
+    @property
+    def dtype(self) -> str:
+        """The type of the numbers."""
+        return self.array.dtype.name
+
+
+@dataclasses.dataclass(frozen=True)
+class Nodes:
+    """An array of numbers that each walker computes: ids of nodes, all of one type."""
+
+    array: Array
+    dtype: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Keys:
+    """Random keys known while tracing, of JAX's own type; what is drawn from them is known too."""
+
+    array: Any
+
+    @property
+    def dtype(self) -> str:
+        """The type of the keys."""
+        return self.array.dtype.name
+
+
+Value = Known | Nodes | Keys
+Params = dict[str, Any]  # of a primitive
+Handler = Callable[["Interpreter", Params, list[Value], Equation], list[Value]]
+
+
+class Interpreter:
+    """Interprets jaxprs into one graph.
+
+    Attributes:
+      region: the loop that is being traced.
+      guard: node of the condition under which the traced code matters to a walker, or None.
+    """
+
+    def __init__(self, handlers: Mapping[str, Handler]) -> None:
+        self.build = simplifying(Graph())
+        self.region: LoopId = OUTSIDE
+        self.guard: int | None = None
+        self._handlers = handlers
+
+    @property
+    def graph(self) -> Graph:
+        """The graph that grows."""
+        return self.build.graph
+
+    def run(self, jaxpr: Jaxpr, consts: Sequence[Any], args: Sequence[Value]) -> list[Value]:
+        """Returns the outputs of a jaxpr for these values of its inputs."""
+        values: dict[Any, Value] = {}
+        values.update(zip(jaxpr.constvars, map(self.known, consts), strict=True))
+        values.update(zip(jaxpr.invars, args, strict=True))
+
+        def read(atom: Any) -> Value:
+            if hasattr(atom, "val"):  # a literal, whose value may be a plain Python number
+                return Known(np.asarray(atom.val, atom.aval.dtype))
+            return values[atom]
+
+        for equation in jaxpr.eqns:
+            outputs = self._equation(equation, [read(atom) for atom in equation.invars])
+            values.update(zip(equation.outvars, outputs, strict=True))
+        return [read(atom) for atom in jaxpr.outvars]
+
+    def call(self, closed: Jaxpr, args: Sequence[Value]) -> list[Value]:
+        """Returns the outputs of a jaxpr that carries its own constants."""
+        if hasattr(closed, "consts"):
+            return self.run(closed.jaxpr, closed.consts, args)
+        return self.run(closed, (), args)
+
+    def _equation(self, equation: Equation, inputs: list[Value]) -> list[Value]:
+        try:
+            return self._outputs(equation, inputs)
+        except CannotCompileError:
+            raise
+        except Refusal as refusal:
+            reason = refusal
+        except Exception as error:
+            reason = Refusal(f"meets a fault of the engine there ({type(error).__name__}: {error})")
+            reason.__cause__ = error
+        reason.primitive = reason.primitive or equation.primitive.name
+        where = _line(equation)
+        if not where:  # inside a function of JAX's own: the equation that calls it has a line
+            raise reason
+        raise reason.error(where) from reason.__cause__
+
+    def _outputs(self, equation: Equation, inputs: list[Value]) -> list[Value]:
+        avals = [variable.aval for variable in equation.outvars]
+        if avals and all(aval.size == 0 for aval in avals):
+            return [self.known(np.zeros(aval.shape, aval.dtype)) for aval in avals]
+        for aval in avals:
+            if aval.dtype.name not in NUMBERS and not _is_key_type(aval.dtype):
+                raise Refusal(f"makes {aval.dtype.name} numbers, which it does not compute with")
+        handler = self._handlers.get(equation.primitive.name)
+        # Loops, branches and calls pass keys on; no other handler knows them.
+        takes_keys = any(isinstance(value, Keys) for value in inputs)
+        if handler is not None and (not takes_keys or _holds_jaxprs(equation)):
+            return handler(self, equation.params, inputs, equation)
+        if not any(isinstance(value, Nodes) for value in inputs):
+            return self._eagerly(equation, inputs)
+        raise Refusal("is not known to it")
+
+    def _eagerly(self, equation: Equation, inputs: list[Value]) -> list[Value]:
+        """Lets JAX compute what has no handler here and depends on no walker."""
+        import jax
+
+        with jax.ensure_compile_time_eval():
+            arrays = [
+                value.array if isinstance(value, Keys) else jax.numpy.asarray(value.array)
+                for value in inputs
+            ]
+            outputs = equation.primitive.bind(*arrays, **equation.params)
+        many = equation.primitive.multiple_results
+        return [self.known(output) for output in (outputs if many else [outputs])]
+
+    def known(self, value: Any) -> Known | Keys:
+        """Returns numbers or random keys known while tracing."""
+        if _is_keys(value):
+            return Keys(value)
+        return Known(np.asarray(value))
+
+    def nodes(self, value: Value) -> Array:
+        """Returns the ids of an array's numbers, as nodes of the graph."""
+        if isinstance(value, Keys):
+            raise Refusal("needs random keys as numbers; draw from them outside of loops")
+        if isinstance(value, Known):
+            flat = [self.graph.constant(number) for number in value.array.ravel()]
+            return np.array(flat, np.int64).reshape(value.array.shape)
+        ids = value.array
+        if ids.size == 0 or int(ids.max()) < ARGUMENT:
+            return ids
+        flat = [
+            self.graph.add("input", value.dtype, (), divmod(number - ARGUMENT, ARGUMENT))
+            if number >= ARGUMENT
+            else number
+            for number in ids.ravel().tolist()
+        ]
+        return np.array(flat, np.int64).reshape(ids.shape)
+
+    def folded(self, ids: Array, dtype: str) -> Value:
+        """Returns an array of ids, as known numbers if every one of them is a constant."""
+        values = [self.graph.value(number) for number in ids.ravel().tolist()]
+        if all(value is not None for value in values):
+            return Known(np.array(values, dtype).reshape(ids.shape))
+        return Nodes(ids, dtype)
+
+    def apply(self, op: str, dtype: str, *values: Value) -> Value:
+        """Returns a scalar operation applied element by element; scalars stretch."""
+        if all(isinstance(value, Known) for value in values):
+            return Known(evaluate(op, dtype, *(value.array for value in values)))
+        ids = np.broadcast_arrays(*map(self.nodes, values))
+        make = self.build.make
+        flat = [
+            make(op, dtype, args) for args in zip(*(i.ravel().tolist() for i in ids), strict=True)
+        ]
+        return Nodes(np.array(flat, np.int64).reshape(ids[0].shape), dtype)
+
+    def move(self, mover: Callable[..., Array], *values: Value) -> Value:
+        """Returns what numpy makes of arrays whose numbers are only moved, never computed with."""
+        dtype = values[0].dtype
+        if isinstance(values[0], Keys) and len(values) == 1:
+            return Keys(mover(values[0].array))
+        if len(values) == 1 or all(isinstance(value, Known) for value in values):
+            moved = np.asarray(mover(*(value.array for value in values)))
+            return Known(moved) if isinstance(values[0], Known) else Nodes(moved, dtype)
+        ids = (v.array if isinstance(v, Nodes) else self.nodes(v) for v in values)
+        return Nodes(np.asarray(mover(*ids)), dtype)
+
+    @contextmanager
+    def inside(self, *, region: LoopId | None = None, guard: int | None = None) -> Generator[None]:
+        """Traces what follows inside a loop, or where only some walkers take part."""
+        before = self.region, self.guard
+        if region is not None:
+            self.region, self.guard = region, None
+        if guard is not None:
+            both = guard if self.guard is None else self.build.same("and", self.guard, guard)
+            self.guard = both
+        try:
+            yield
+        finally:
+            self.region, self.guard = before
+
+
+class Refusal(Exception):
+    """Raised by a handler that cannot do what is asked of it; the message ends the sentence."""
+
+    primitive = ""
+
+    def error(self, where: str) -> CannotCompileError:
+        """Returns the error that names the primitive and the line of user code that made it."""
+        return CannotCompileError(
+            f"the lanes engine cannot compile `{self.primitive}` from {where}: it {self}; "
+            "use --engine mjx, which runs anything that JAX can trace"
+        )
+
+
+def _holds_jaxprs(equation: Equation) -> bool:
+    """Returns whether an equation is a call, a branch or a loop."""
+    params = (p if isinstance(p, tuple) else (p,) for p in equation.params.values())
+    return any(hasattr(part, "jaxpr") or hasattr(part, "eqns") for p in params for part in p)
+
+
+def _is_keys(value: Any) -> bool:
+    import jax
+
+    return isinstance(value, jax.Array) and _is_key_type(value.dtype)
+
+
+def _is_key_type(dtype: Any) -> bool:
+    import jax
+
+    return jax.numpy.issubdtype(dtype, jax.dtypes.prng_key)
+
+
+def _line(equation: Equation) -> str:
+    """Returns the file, line and function that made an equation, or nothing if JAX forgot."""
+    from jax._src import source_info_util  # no public way to a traced line; JAX 0.10
+
+    return source_info_util.summarize(equation.source_info)

@@ -1,0 +1,101 @@
+"""From a Python function of one walker to its scalar graph."""
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from mjxwalk.engines.lanes.errors import CannotCompileError
+from mjxwalk.engines.lanes.frontend.interpreter import (
+    ARGUMENT,
+    NUMBERS,
+    Handler,
+    Interpreter,
+    Nodes,
+    Refusal,
+)
+from mjxwalk.engines.lanes.frontend.primitives import (
+    control_flow,
+    data_movement,
+    elementwise,
+    indexing,
+    linear_algebra,
+    reductions,
+    sorting,
+)
+from mjxwalk.engines.lanes.ir.graph import Graph
+from mjxwalk.engines.lanes.ir.signature import Argument, Result
+
+HANDLERS: dict[str, Handler] = {
+    **data_movement.HANDLERS,
+    **elementwise.HANDLERS,
+    **indexing.HANDLERS,
+    **reductions.HANDLERS,
+    **linear_algebra.HANDLERS,
+    **sorting.HANDLERS,
+    **control_flow.HANDLERS,
+}
+
+# JAX remembers traces by the function's object and by contexts like this one.
+_TRACE = jax.make_user_context(0)
+_TRACES = itertools.count(1)
+
+
+class Traced(NamedTuple):
+    """A function as a scalar graph.
+
+    Attributes:
+      outputs: node of every output number, in order.
+      results: what the outputs make up, in the order of the tree's leaves.
+      tree: of what the function returns.
+    """
+
+    graph: Graph
+    outputs: tuple[int, ...]
+    results: tuple[Result, ...]
+    tree: Any
+
+
+def trace(
+    function: Callable[..., Any], tree: Any, arguments: Sequence[Argument], *, anew: bool = True
+) -> Traced:
+    """Returns the scalar graph of a function of one walker.
+
+    Args:
+      tree: of the function's positional and keyword arguments.
+      anew: whether to use nothing that JAX traced before, such as the body of a scan, since a
+        global or an attribute that it reads may have changed.
+
+    Raises:
+      CannotCompileError: the function uses what the engine has no code for.
+    """
+    leaves = [
+        jax.ShapeDtypeStruct(a.shape, np.dtype(a.dtype), weak_type=a.weak_type) for a in arguments
+    ]
+
+    def flat(*leaves: Any) -> Any:
+        args, kwargs = jax.tree.unflatten(tree, leaves)
+        return function(*args, **kwargs)
+
+    with _TRACE(next(_TRACES) if anew else 0):
+        jaxpr, shapes = jax.make_jaxpr(flat, return_shape=True)(*leaves)
+    interpreter = Interpreter(HANDLERS)
+    for a in [*arguments, *jax.tree.leaves(shapes)]:
+        if str(a.dtype) not in NUMBERS:
+            raise CannotCompileError(
+                f"the lanes engine takes and returns numbers of the types {', '.join(NUMBERS)}, "
+                f"got {a.dtype}; use --engine mjx"
+            )
+    inputs = [
+        Nodes((ARGUMENT * (n + 1) + np.arange(a.size)).reshape(a.shape), a.dtype)
+        for n, a in enumerate(arguments)
+    ]
+    try:
+        values = interpreter.run(jaxpr.jaxpr, jaxpr.consts, inputs)
+    except Refusal as refusal:
+        raise refusal.error("a line that JAX did not record") from refusal.__cause__
+    outputs = tuple(node for v in values for node in interpreter.nodes(v).ravel().tolist())
+    results = tuple(Result(tuple(v.array.shape), v.dtype) for v in values)
+    return Traced(interpreter.graph, outputs, results, jax.tree.structure(shapes))

@@ -1,0 +1,1 @@
+"""The scalar graph, its simplification, and the order in which a kernel computes it."""

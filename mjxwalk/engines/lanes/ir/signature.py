@@ -1,0 +1,33 @@
+"""What a kernel takes and gives back for one walker."""
+
+import dataclasses
+
+import numpy as np
+
+
+@dataclasses.dataclass(frozen=True)
+class Argument:
+    """An input: one walker's shape and type, and whether all walkers share one."""
+
+    shape: tuple[int, ...]
+    dtype: str
+    weak_type: bool
+    shared: bool
+
+    @property
+    def size(self) -> int:
+        """How many numbers it has."""
+        return int(np.prod(self.shape, dtype=np.int64))
+
+
+@dataclasses.dataclass(frozen=True)
+class Result:
+    """An output: one walker's shape and type."""
+
+    shape: tuple[int, ...]
+    dtype: str
+
+    @property
+    def size(self) -> int:
+        """How many numbers it has."""
+        return int(np.prod(self.shape, dtype=np.int64))

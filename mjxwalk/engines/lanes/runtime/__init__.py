@@ -1,0 +1,1 @@
+"""Running kernels for all walkers."""
