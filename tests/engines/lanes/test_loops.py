@@ -113,6 +113,16 @@ def test_inner_loops_stay_inside_when_an_outer_carry_never_changes() -> None:
     np.testing.assert_allclose(got, want, rtol=1e-5, atol=1e-6)
 
 
+def test_a_loop_whose_test_has_a_loop_agrees_with_jax() -> None:
+    def function(x: Any) -> Any:
+        def test(total: Any) -> Any:
+            return lax.while_loop(lambda i: i < total, lambda i: i * 1.5 + 1, 0.0) < 20
+
+        return lax.while_loop(test, lambda total: total + 1, x)
+
+    np.testing.assert_array_equal(lanes.vmap(function)(STARTS), jax.vmap(function)(STARTS))
+
+
 def test_a_loop_in_a_branch_runs_only_for_those_who_take_it() -> None:
     def endless(x: Any) -> Any:  # never ends unless x is positive
         return lax.while_loop(lambda y: y < 10, lambda y: y + x, x)

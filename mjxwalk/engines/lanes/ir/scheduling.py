@@ -22,7 +22,10 @@ def build_program(
     graph = build.graph
     graph.tables = source.tables
     outputs = [mapping[node] for node in outputs]
-    tests = {loop: _tests(build, loop) for loop in list(graph.loops)}
+    tests: dict[LoopId, tuple[int, int]] = {}
+    while len(tests) < len(graph.loops):  # a test that has a loop within it makes another one
+        loop = LoopId(len(tests))
+        tests[loop] = _tests(build, loop)
     return _Scheduler(graph, outputs, tests).program()
 
 
@@ -35,11 +38,24 @@ def _tests(build: GraphBuilder, number: LoopId) -> tuple[int, int]:
     for values, parent in ((loop.initial, loop.parent), (loop.following, number)):
         known = {carry: values[place] for carry, place in carries.items()}
         older = [n for n in reachable(graph, [loop.condition], known) if n not in known]
-        moved = _dependent(graph, older, known)
+        moved = _moved(graph, older, known)
         fixed = {n: n for n in older if n not in moved} | known
         mapping = build.substitute(older, graph, fixed, parent)
         tests.append(mapping[loop.condition])
     return tests[0], tests[1]
+
+
+def _moved(graph: Graph, nodes: Sequence[int], roots: Iterable[int]) -> set[int]:
+    """Returns which of the nodes, in order, change with the roots: a loop does as a whole."""
+    roots = set(roots)
+    while True:
+        moved = _dependent(graph, nodes, roots)
+        loops = {carried(graph.nodes[n])[0] for n in moved if graph.nodes[n].op == "result"}
+        carries = {n for n in nodes if graph.nodes[n].op == "carry"
+                   and carried(graph.nodes[n])[0] in loops}  # fmt: skip
+        if carries <= roots:
+            return moved
+        roots |= carries
 
 
 def _dependent(graph: Graph, nodes: Iterable[int], roots: Iterable[int]) -> set[int]:
