@@ -1,5 +1,6 @@
 """Blocks of steps: values computed for all lanes, and inner loops."""
 
+import dataclasses
 from collections.abc import Sequence
 
 from mjxwalk.engines.lanes.backend import operations
@@ -10,23 +11,23 @@ from mjxwalk.engines.lanes.ir.graph import Graph
 from mjxwalk.engines.lanes.ir.program import RotatedLoop, Step
 
 
+@dataclasses.dataclass(frozen=True)
 class Blocks:
     """Writes what computes a program's steps."""
 
-    def __init__(self, graph: Graph, writer: Writer, values: Values, gathers: Gathers) -> None:
-        self._graph = graph
-        self._writer = writer
-        self._values = values
-        self._gathers = gathers
+    graph: Graph
+    writer: Writer
+    values: Values
+    gathers: Gathers
 
     def run(self, steps: Sequence[Step], live: str) -> None:
         """Computes steps; inner loops run for the lanes whose bit is set in `live`."""
         has_loops = any(isinstance(step, RotatedLoop) for step in steps)
-        self._steps(steps, self._writer.mask_of(live) if has_loops else "")
+        self._steps(steps, self.writer.mask_of(live) if has_loops else "")
 
     def _steps(self, steps: Sequence[Step], mask: str) -> None:
         """Computes steps; inner loops run for the lanes of the mask."""
-        pairs = neighbours(self._graph, (step for step in steps if isinstance(step, int)))
+        pairs = neighbours(self.graph, (step for step in steps if isinstance(step, int)))
         for step in steps:
             if isinstance(step, RotatedLoop):
                 self._loop(step, mask)
@@ -35,25 +36,25 @@ class Blocks:
 
     def _compute(self, node_id: int, pairs: Neighbours) -> None:
         """Adds a node's instructions."""
-        node = self._graph.nodes[node_id]
+        node = self.graph.nodes[node_id]
         if node.op == "input":
             return  # fetched where it is used
-        if node_id in self._values:
+        if node_id in self.values:
             return  # its neighbour in a table brought it along
         if node.op in ("load", "lookup"):
-            self._gathers.load(node_id, pairs)
+            self.gathers.load(node_id, pairs)
             return
-        args = [self._values[arg] for arg in node.args]
-        self._values[node_id] = operations.emit(self._writer, self._graph, node, args)
+        args = [self.values[arg] for arg in node.args]
+        self.values[node_id] = operations.emit(self.writer, self.graph, node, args)
 
     def _loop(self, loop: RotatedLoop, live: str) -> None:
         """An inner loop: runs while any lane wants a step, and holds the lanes that do not."""
-        w, values, boolean = self._writer, self._values, self._writer.vector("bool")
+        w, values, boolean = self.writer, self.values, self.writer.vector("bool")
         for node in sorted(loop.external_inputs):
             _ = values[node]  # before the loop, so that it is there after it
         start = w.let(f"and {boolean} {live}, {values[loop.first_test]}")
         initial = {place: values[node] for place, node in loop.initial.items()}
-        kinds = {p: w.vector(self._graph.dtype(loop.carries[p])) for p in initial}
+        kinds = {p: w.vector(self.graph.dtype(loop.carries[p])) for p in initial}
         before, top = w.block, w.fresh("turn")
         end, after = f"{top}.end", f"{top}.after"
         w.branch(w.any(w.bits_of(start)), top, after)
@@ -78,7 +79,7 @@ class Blocks:
         for place, value in initial.items():
             carry = f"%{top}.c{place}"
             result = w.let(f"phi {kinds[place]} [{value}, %{before}], [{carry}.next, %{end}]")
-            dtype = self._graph.dtype(loop.carries[place])
-            found = self._graph.find("result", dtype, (), (loop.id, place))
+            dtype = self.graph.dtype(loop.carries[place])
+            found = self.graph.find("result", dtype, (), (loop.id, place))
             if found is not None:
                 values[found] = result

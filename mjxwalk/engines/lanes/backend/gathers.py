@@ -4,6 +4,7 @@ Linear interpolation reads neighbours. Two float32 that lie side by side at a co
 loaded as one number of 64 bits and taken apart, which halves the loads.
 """
 
+import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
@@ -45,71 +46,63 @@ def _base_and_distance(graph: Graph, index: int) -> tuple[int, int]:
     return index, 0
 
 
+@dataclasses.dataclass(frozen=True)
 class Gathers:
     """Writes loads at computed places.
 
-    Args:
+    Attributes:
       walkers: where the workspace has the number of each lane's walker.
     """
 
-    def __init__(
-        self,
-        graph: Graph,
-        arguments: Sequence[Argument],
-        writer: Writer,
-        workspace: Workspace,
-        values: Values,
-        walkers: int,
-    ) -> None:
-        self._graph = graph
-        self._arguments = arguments
-        self._writer = writer
-        self._workspace = workspace
-        self._values = values
-        self._walkers = walkers
+    graph: Graph
+    arguments: Sequence[Argument]
+    writer: Writer
+    workspace: Workspace
+    values: Values
+    walkers: int
 
     def load(self, node_id: int, pairs: Neighbours) -> None:
         """Computes a `load` or `lookup`, and its neighbour if it has one."""
-        node = self._graph.nodes[node_id]
-        index = self._values[node.args[0]]
+        node = self.graph.nodes[node_id]
+        index = self.values[node.args[0]]
         if node.op == "lookup":
-            self._values[node_id] = self._load(f"@{node.data}", index, "int32", node.dtype)
+            self.values[node_id] = self._load(f"@{node.data}", index, "int32", node.dtype)
             return
         array, places, kind = f"%inputs.{node.data}", self._places(node.data, index), "int32"
-        if not self._arguments[node.data].shared:
+        if not self.arguments[node.data].shared:
             kind = "int64"
         if node_id not in pairs:
-            self._values[node_id] = self._load(array, places, kind, node.dtype)
+            self.values[node_id] = self._load(array, places, kind, node.dtype)
             return
         other, other_is_after = pairs[node_id]
-        w = self._writer
+        w = self.writer
         if not other_is_after:
             places = w.let(f"sub {w.vector(kind)} {places}, {w.splat(1, kind)}")
         first, second = self._load_pair(array, places, kind)
-        self._values[node_id] = first if other_is_after else second
-        self._values[other] = second if other_is_after else first
+        self.values[node_id] = first if other_is_after else second
+        self.values[other] = second if other_is_after else first
 
     def _places(self, argument: int, index: str) -> str:
         """Returns places in an input's memory: in the walker's own row, unless all share it."""
-        if self._arguments[argument].shared:
+        if self.arguments[argument].shared:
             return index
-        w, wide = self._writer, self._writer.vector("int64")
-        size = w.splat(self._arguments[argument].size, "int64")
-        walkers = self._workspace.read(self._walkers, "int64")
+        w, wide = self.writer, self.writer.vector("int64")
+        size = w.splat(self.arguments[argument].size, "int64")
+        walkers = self.workspace.read(self.walkers, "int64")
         start = w.let(f"mul {wide} {walkers}, {size}")
         narrow = w.vector("int32")
         return w.let(f"add {wide} {start}, {w.let(f'zext {narrow} {index} to {wide}')}")
 
     def _load(self, array: str, places: str, kind: str, dtype: str) -> str:
         """Loads array[places] in every lane."""
-        w, memory = self._writer, memory_type(dtype)
+        w, memory = self.writer, memory_type(dtype)
         pointers = w.let(f"getelementptr {memory}, ptr {array}, {w.vector(kind)} {places}")
         value = self._gather(pointers, memory, np.dtype(dtype).itemsize)
         return from_memory(w, value, dtype)
 
     def _load_pair(self, array: str, places: str, kind: str) -> tuple[str, str]:
         """Loads array[places] and array[places + 1] of float32 in every lane."""
-        w, lanes = self._writer, self._writer.width
+        w, lanes = self.writer, self.writer.width
         pointers = w.let(f"getelementptr float, ptr {array}, {w.vector(kind)} {places}")
         pairs = self._gather(pointers, "i64", 4)
         both = w.let(f"bitcast <{lanes} x i64> {pairs} to <{2 * lanes} x float>")
@@ -125,7 +118,7 @@ class Gathers:
         return halves[0], halves[1]  # all of x86-64 and ARM64 is little-endian
 
     def _gather(self, pointers: str, memory: str, alignment: int) -> str:
-        w, lanes = self._writer, self._writer.width
+        w, lanes = self.writer, self.writer.width
         vector = f"<{lanes} x {memory}>"
         suffix = {"float": "f32", "double": "f64"}.get(memory, memory)
         return w.call(

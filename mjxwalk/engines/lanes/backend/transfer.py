@@ -1,5 +1,6 @@
 """Walkers in and out: from their arrays into a lane of the workspace, and back."""
 
+import dataclasses
 from collections.abc import Sequence
 
 from mjxwalk.engines.lanes.backend.types import memory_type
@@ -11,26 +12,19 @@ from mjxwalk.engines.lanes.ir.signature import Argument, Result
 SHORT = 4  # numbers that are copied one by one rather than in a loop
 
 
+@dataclasses.dataclass(frozen=True)
 class Transfer:
     """Writes what takes walkers into lanes and gives back what came of them."""
 
-    def __init__(
-        self,
-        arguments: Sequence[Argument],
-        results: Sequence[Result],
-        writer: Writer,
-        workspace: Workspace,
-        layout: Layout,
-    ) -> None:
-        self._arguments = arguments
-        self._results = results
-        self._writer = writer
-        self._workspace = workspace
-        self._layout = layout
+    arguments: Sequence[Argument]
+    results: Sequence[Result]
+    writer: Writer
+    workspace: Workspace
+    layout: Layout
 
     def take_walkers(self, free: str) -> str:
         """Gives free lanes the next walkers, as far as there are any; returns which got one."""
-        w = self._writer
+        w = self.writer
         before, top, got, end = w.block, "take.lane", "take.got", "take.end"
         w.branch(w.any(free), top, end)
         w.label(top)
@@ -52,10 +46,10 @@ class Transfer:
 
     def take_inputs(self, lane: str, walker: str) -> None:
         """Copies a walker's inputs into a lane of the workspace."""
-        w = self._writer
+        w = self.writer
         w.do(f"store i64 {walker}, ptr {self._walker_of(lane)}")
-        for span in self._layout.inputs:
-            argument = self._arguments[span.array]
+        for span in self.layout.inputs:
+            argument = self.arguments[span.array]
             row = "0" if argument.shared else w.let(f"mul i64 {walker}, {argument.size}")
             array = f"%inputs.{span.array}"
             self._copy(span, argument.dtype, lane, row, array, into_lane=True)
@@ -63,39 +57,39 @@ class Transfer:
     def store_outputs(self, outputs: Sequence[int], values: Values) -> None:
         """Puts every output into its vector of the workspace."""
         nodes = iter(outputs)
-        for span in self._layout.outputs:
-            dtype = self._results[span.array].dtype
+        for span in self.layout.outputs:
+            dtype = self.results[span.array].dtype
             for number in range(span.count):
-                offset = span.offset + number * vector_bytes(dtype, self._writer.width)
-                self._workspace.write(offset, dtype, values[next(nodes)])
+                offset = span.offset + number * vector_bytes(dtype, self.writer.width)
+                self.workspace.write(offset, dtype, values[next(nodes)])
 
     def give_outputs(self, lane: str) -> None:
         """Copies a lane's outputs to where its walker's belong."""
-        w = self._writer
+        w = self.writer
         walker = w.let(f"load i64, ptr {self._walker_of(lane)}")
-        for span in self._layout.outputs:
-            result = self._results[span.array]
+        for span in self.layout.outputs:
+            result = self.results[span.array]
             row = w.let(f"mul i64 {walker}, {result.size}")
             array = f"%outputs.{span.array}"
             self._copy(span, result.dtype, lane, row, array, into_lane=False)
 
     def _walker_of(self, lane: str) -> str:
         """Returns a pointer to the number of a lane's walker."""
-        walkers = self._workspace.pointer(self._layout.walkers)
-        return self._writer.let(f"getelementptr i64, ptr {walkers}, i64 {lane}")
+        walkers = self.workspace.pointer(self.layout.walkers)
+        return self.writer.let(f"getelementptr i64, ptr {walkers}, i64 {lane}")
 
     def _copy(
         self, span: Span, dtype: str, lane: str, row: str, array: str, *, into_lane: bool
     ) -> None:
         """Copies a span between an array and a lane of the workspace, number after number."""
-        w, kind = self._writer, memory_type(dtype)
+        w, kind = self.writer, memory_type(dtype)
         start = w.let(f"add i64 {row}, {span.first}")
 
         def copy(number: str) -> None:
             outside = w.let(f"add i64 {start}, {number}")
             outside = w.let(f"getelementptr {kind}, ptr {array}, i64 {outside}")
             inside = w.let(f"add i64 {w.let(f'mul i64 {number}, {w.width}')}, {lane}")
-            pointer = self._workspace.pointer(span.offset)
+            pointer = self.workspace.pointer(span.offset)
             inside = w.let(f"getelementptr {kind}, ptr {pointer}, i64 {inside}")
             source, target = (outside, inside) if into_lane else (inside, outside)
             w.do(f"store {kind} {w.let(f'load {kind}, ptr {source}')}, ptr {target}")

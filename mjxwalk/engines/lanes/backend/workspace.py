@@ -125,34 +125,34 @@ def _computed(steps: Iterable[Step]) -> tuple[set[int], set[LoopId]]:
     return nodes, loops
 
 
+@dataclasses.dataclass(frozen=True)
 class Workspace:
     """Writes what reads and writes the workspace."""
 
-    def __init__(self, writer: Writer) -> None:
-        self._writer = writer
+    writer: Writer
 
     def pointer(self, offset: int) -> str:
         """Returns a pointer into the workspace."""
-        return self._writer.let(f"getelementptr i8, ptr %workspace, i64 {offset}")
+        return self.writer.let(f"getelementptr i8, ptr %workspace, i64 {offset}")
 
     def read(self, offset: int, dtype: str) -> str:
         """Loads a vector from the workspace."""
         pointer = self.pointer(offset)
-        value = self._writer.let(f"load {self._kind(dtype)}, ptr {pointer}, {self._align(dtype)}")
-        return from_memory(self._writer, value, dtype)
+        value = self.writer.let(f"load {self._kind(dtype)}, ptr {pointer}, {self._align(dtype)}")
+        return from_memory(self.writer, value, dtype)
 
     def write(self, offset: int, dtype: str, value: str) -> None:
         """Stores a vector in the workspace."""
-        w, kind = self._writer, self._kind(dtype)
+        w, kind = self.writer, self._kind(dtype)
         if dtype == "bool":
             value = w.let(f"zext {w.vector('bool')} {value} to {kind}")
         w.do(f"store {kind} {value}, ptr {self.pointer(offset)}, {self._align(dtype)}")
 
     def _kind(self, dtype: str) -> str:
-        return f"<{self._writer.width} x {memory_type(dtype)}>"
+        return f"<{self.writer.width} x {memory_type(dtype)}>"
 
     def _align(self, dtype: str) -> str:
-        return f"align {min(64, vector_bytes(dtype, self._writer.width))}"
+        return f"align {min(64, vector_bytes(dtype, self.writer.width))}"
 
 
 def vector_bytes(dtype: str, width: int) -> int:

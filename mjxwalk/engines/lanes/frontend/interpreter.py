@@ -62,7 +62,7 @@ class Keys:
 
 Value = Known | Nodes | Keys
 Params = dict[str, Any]  # of a primitive
-Handler = Callable[["Interpreter", Params, list[Value], Equation], list[Value]]
+Handler = Callable[["Interpreter", Params, list[Value]], list[Value]]
 
 
 class Interpreter:
@@ -133,7 +133,7 @@ class Interpreter:
         # Loops, branches and calls pass keys on; no other handler knows them.
         takes_keys = any(isinstance(value, Keys) for value in inputs)
         if handler is not None and (not takes_keys or _holds_jaxprs(equation)):
-            return handler(self, equation.params, inputs, equation)
+            return handler(self, equation.params, inputs)
         if not any(isinstance(value, Nodes) for value in inputs):
             return self._eagerly(equation, inputs)
         raise Refusal("is not known to it")

@@ -11,10 +11,6 @@ import numpy as np
 
 from mjxwalk.engines.lanes.ir.graph import Array
 
-ELEMENTARY = frozenset(
-    "add sub mul div rem neg abs max min sqrt rsqrt recip floor ceil rint fma "
-    "lt le eq ne and or xor not shl shr sar select convert bitcast".split()
-)
 COMMUTATIVE = frozenset(["add", "mul", "max", "min", "and", "or", "xor", "eq", "ne"])
 COMPARISONS = frozenset(["lt", "le", "eq", "ne"])
 
@@ -80,10 +76,6 @@ def _shift(x: Array, y: Array, kind: str) -> Array:
     return np.where(inside, moved, 0).astype(unsigned).view(x.dtype)
 
 
-def _power(x: Array, y: Array) -> Array:
-    return np.power(x, y)
-
-
 def _erf(x: Array) -> Array:
     import math
 
@@ -138,7 +130,7 @@ REFERENCE: dict[str, Callable[..., Any]] = {
     "log": np.log,
     "log1p": np.log1p,
     "logistic": lambda x: (1 / (1 + np.exp(-x))).astype(x.dtype),
-    "pow": _power,
+    "pow": np.power,
     "cbrt": np.cbrt,
     "erf": _erf,
 }

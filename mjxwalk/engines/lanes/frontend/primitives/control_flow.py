@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from mjxwalk.engines.lanes.frontend.interpreter import (
-    Equation,
     Handler,
     Interpreter,
     Jaxpr,
@@ -21,11 +20,11 @@ INNER_JAXPR = ("jaxpr", "call_jaxpr", "fun_jaxpr")
 MOST_UNROLLED = 2_000  # equations after unrolling a scan; a longer one becomes a loop
 
 
-def _call(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _call(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     return t.call(next(p[name] for name in INNER_JAXPR if name in p), inputs)
 
 
-def _cond(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _cond(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     which, *operands = inputs
     branches = p["branches"]
     if isinstance(which, Known):
@@ -136,7 +135,7 @@ def _settle(
         condition = mapping.get(condition, condition)
 
 
-def _while(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _while(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     ends = p["cond_nconsts"], p["cond_nconsts"] + p["body_nconsts"]
     for_test, for_step, carried = inputs[: ends[0]], inputs[ends[0] : ends[1]], inputs[ends[1] :]
     return _loop(
@@ -147,7 +146,7 @@ def _while(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -
     )
 
 
-def _scan(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _scan(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     consts, rest = inputs[: p["num_consts"]], inputs[p["num_consts"] :]
     carried, rows = rest[: p["num_carry"]], rest[p["num_carry"] :]
     length = p["length"]

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mjxwalk.engines.lanes.frontend.interpreter import Equation, Handler, Interpreter, Params, Value
+from mjxwalk.engines.lanes.frontend.interpreter import Handler, Interpreter, Params, Value
 from mjxwalk.engines.lanes.ir.graph import Array
 
 
@@ -55,25 +55,25 @@ SAME = ("copy", "copy_p", "stop_gradient", "sharding_constraint", "reduce_precis
 
 
 def _one(mover: Callable[[Array, Params], Array]) -> Handler:
-    def handler(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+    def handler(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         return [t.move(lambda x: mover(x, p), inputs[0])]
 
     return handler
 
 
-def _same(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _same(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     return inputs
 
 
-def _concatenate(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _concatenate(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     return [t.move(lambda *xs: np.concatenate(xs, p["dimension"]), *inputs)]
 
 
-def _stack(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _stack(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     return [t.move(lambda *xs: np.stack(xs, p["axis"]), *inputs)]
 
 
-def _split(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _split(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     ends = np.cumsum(p["sizes"])
     return [
         t.move(lambda x, i=i: np.split(x, ends[:-1], p["axis"])[i], inputs[0])
@@ -81,11 +81,11 @@ def _split(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -
     ]
 
 
-def _padding(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _padding(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     return [t.move(lambda x, fill: _pad(x, fill, p), *inputs)]
 
 
-def _iota(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _iota(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     shape, axis = p["shape"], p["dimension"]
     column = np.arange(shape[axis]).reshape([-1 if i == axis else 1 for i in range(len(shape))])
     return [t.known(np.broadcast_to(column, shape).astype(p["dtype"]))]

@@ -2,14 +2,7 @@
 
 import numpy as np
 
-from mjxwalk.engines.lanes.frontend.interpreter import (
-    Equation,
-    Handler,
-    Interpreter,
-    Known,
-    Params,
-    Value,
-)
+from mjxwalk.engines.lanes.frontend.interpreter import Handler, Interpreter, Known, Params, Value
 from mjxwalk.engines.lanes.ir.semantics import is_float, is_signed
 
 SAME_NAME = (
@@ -26,7 +19,7 @@ SHIFTS = {
 
 
 def _plain(op: str) -> Handler:
-    def handler(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+    def handler(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         dtype = inputs[0].dtype
         if op == "pow" and inputs[1].dtype != dtype:
             inputs = [inputs[0], t.apply("convert", dtype, inputs[1])]
@@ -36,25 +29,25 @@ def _plain(op: str) -> Handler:
 
 
 def _comparison(op: str, swapped: bool) -> Handler:
-    def handler(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+    def handler(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         return [t.apply(op, "bool", *(reversed(inputs) if swapped else inputs))]
 
     return handler
 
 
-def _convert(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _convert(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     return [t.apply("convert", np.dtype(p["new_dtype"]).name, inputs[0])]
 
 
-def _bitcast(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _bitcast(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     return [t.apply("bitcast", np.dtype(p["new_dtype"]).name, inputs[0])]
 
 
-def _square(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _square(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     return [t.apply("mul", inputs[0].dtype, inputs[0], inputs[0])]
 
 
-def _integer_pow(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _integer_pow(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     x, exponent = inputs[0], p["y"]
     one = Known(np.ones(x.array.shape, x.dtype))
     power: Value = one
@@ -65,7 +58,7 @@ def _integer_pow(t: Interpreter, p: Params, inputs: list[Value], equation: Equat
     return [power if exponent >= 0 else t.apply("div", x.dtype, one, power)]
 
 
-def _sign(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _sign(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     """-1, 0 or 1; NaN and zeros stay what they are."""
     x = inputs[0]
     zero, one, minus = (Known(np.asarray(n).astype(x.dtype)) for n in (0, 1, -1))
@@ -76,13 +69,13 @@ def _sign(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) ->
     return [sign]
 
 
-def _is_finite(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _is_finite(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     x = inputs[0]
     infinity = Known(np.asarray(np.inf, x.dtype))
     return [t.apply("lt", "bool", t.apply("abs", x.dtype, x), infinity)]
 
 
-def _round(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _round(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     x = inputs[0]
     if int(p["rounding_method"]) == 1:
         return [t.apply("rint", x.dtype, x)]
@@ -95,12 +88,12 @@ def _round(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -
     return [t.apply("select", x.dtype, negative, t.apply("neg", x.dtype, size), size)]
 
 
-def _clamp(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _clamp(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     low, x, high = inputs
     return [t.apply("min", x.dtype, t.apply("max", x.dtype, x, low), high)]
 
 
-def _select_n(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _select_n(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     which, *cases = inputs
     return [select_case(t, which, cases)]
 

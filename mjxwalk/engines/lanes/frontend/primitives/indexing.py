@@ -5,14 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mjxwalk.engines.lanes.frontend.interpreter import (
-    Equation,
-    Handler,
-    Interpreter,
-    Known,
-    Params,
-    Value,
-)
+from mjxwalk.engines.lanes.frontend.interpreter import Handler, Interpreter, Known, Params, Value
 from mjxwalk.engines.lanes.frontend.primitives.windows import (
     place_windows,
     read_windows,
@@ -52,15 +45,13 @@ def _mode(p: Params) -> str:
     return str(p["mode"]).rpartition(".")[2].lower()
 
 
-def _gather(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _gather(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     operand, indices = inputs
     d = p["dimension_numbers"]
     shape = operand.array.shape
     batches = _ints(d.operand_batching_dims), _ints(d.start_indices_batching_dims)
     starts = _starts(t, len(shape), indices, _ints(d.start_index_map), *batches)
     windows = place_windows(t, shape, starts, _ints(p["slice_sizes"]))
-    if operand.array.size == 0:  # nothing to read: only an empty result makes sense
-        return [Known(np.zeros(equation.outvars[0].aval.shape, operand.dtype))]
     read = read_windows(t, operand, windows)
     if "fill" in _mode(p):
         fill = Known(np.asarray(_fill_value(p["fill_value"], operand.dtype), operand.dtype))
@@ -93,7 +84,7 @@ def _fill_value(given: Any, dtype: str) -> Any:
 
 
 def _scatter(combine: str) -> Handler:
-    def handler(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+    def handler(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         operand, indices, updates = inputs
         d = p["dimension_numbers"]
         shape, batch = operand.array.shape, indices.array.ndim - 1
@@ -113,17 +104,13 @@ def _scatter(combine: str) -> Handler:
     return handler
 
 
-def _dynamic_slice(
-    t: Interpreter, p: Params, inputs: list[Value], equation: Equation
-) -> list[Value]:
+def _dynamic_slice(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     operand, *starts = inputs
     windows = place_windows(t, operand.array.shape, starts, _ints(p["slice_sizes"]))
     return [read_windows(t, operand, windows)]
 
 
-def _dynamic_update(
-    t: Interpreter, p: Params, inputs: list[Value], equation: Equation
-) -> list[Value]:
+def _dynamic_update(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     operand, update, *starts = inputs
     windows = place_windows(t, operand.array.shape, starts, update.array.shape)
     windows = windows.clamped()

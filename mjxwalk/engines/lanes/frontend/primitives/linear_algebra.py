@@ -5,7 +5,6 @@ from collections.abc import Callable
 import numpy as np
 
 from mjxwalk.engines.lanes.frontend.interpreter import (
-    Equation,
     Handler,
     Interpreter,
     Nodes,
@@ -18,7 +17,7 @@ from mjxwalk.engines.lanes.ir.graph import Array
 from mjxwalk.engines.lanes.ir.semantics import is_float
 
 
-def _dot_general(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _dot_general(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     (contract_x, contract_y), (batch_x, batch_y) = p["dimension_numbers"]
     dtype = np.dtype(p["preferred_element_type"] or inputs[0].dtype).name
     sides: list[tuple[Array, tuple[int, ...]]] = []
@@ -50,10 +49,8 @@ def _product(t: Interpreter, row: list[int], column: list[int], dtype: str) -> i
     return fold(t, "add", products, dtype)
 
 
-def _each_matrix(
-    run: Callable[[Interpreter, Array, Params, str], Array],
-) -> Handler:
-    def handler(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _each_matrix(run: Callable[[Interpreter, Array, Params, str], Array]) -> Handler:
+    def handler(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         dtype = inputs[0].dtype
         a = t.nodes(inputs[0])
         done = [run(t, m, p, dtype) for m in a.reshape(-1, *a.shape[-2:])]
@@ -78,9 +75,7 @@ def _cholesky(t: Interpreter, a: Array, p: Params, dtype: str) -> Array:
     return factor
 
 
-def _triangular_solve(
-    t: Interpreter, p: Params, inputs: list[Value], equation: Equation
-) -> list[Value]:
+def _triangular_solve(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     dtype = inputs[0].dtype
     a, b = t.nodes(inputs[0]), t.nodes(inputs[1])
     if p["conjugate_a"] and not is_float(dtype):

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from mjxwalk.engines.lanes.frontend.interpreter import Equation, Handler, Interpreter, Params, Value
+from mjxwalk.engines.lanes.frontend.interpreter import Handler, Interpreter, Params, Value
 from mjxwalk.engines.lanes.ir.graph import Array
 from mjxwalk.engines.lanes.ir.semantics import is_float
 
@@ -45,7 +45,7 @@ def _rows(x: Array, axes: tuple[int, ...]) -> tuple[Array, tuple[int, ...]]:
 
 
 def _reduction(op: str) -> Handler:
-    def handler(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+    def handler(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         dtype = inputs[0].dtype
         rows, shape = _rows(t.nodes(inputs[0]), tuple(map(int, p["axes"])))
         ids = np.array([fold(t, op, row, dtype) for row in rows.tolist()], np.int64)
@@ -55,7 +55,7 @@ def _reduction(op: str) -> Handler:
 
 
 def _cumulative(op: str) -> Handler:
-    def handler(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+    def handler(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         dtype, axis = inputs[0].dtype, p["axis"]
         ids = np.moveaxis(t.nodes(inputs[0]), axis, 0)[:: -1 if p["reverse"] else 1].copy()
         for row in range(1, len(ids)):
@@ -68,7 +68,7 @@ def _cumulative(op: str) -> Handler:
 
 
 def _arg_extreme(op: str) -> Handler:
-    def handler(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+    def handler(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         dtype, index = inputs[0].dtype, np.dtype(p["index_dtype"]).name
         rows, shape = _rows(t.nodes(inputs[0]), tuple(map(int, p["axes"])))
         build, found = t.build, []

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from mjxwalk.engines.lanes.frontend.interpreter import Equation, Handler, Interpreter, Params, Value
+from mjxwalk.engines.lanes.frontend.interpreter import Handler, Interpreter, Params, Value
 from mjxwalk.engines.lanes.ir.semantics import is_float
 
 
-def _sort(t: Interpreter, p: Params, inputs: list[Value], equation: Equation) -> list[Value]:
+def _sort(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     """Sorts by insertion, stable; NaN last, and it alone decides nothing between equals."""
     axis, keys = p["dimension"], p["num_keys"]
     arrays = [np.moveaxis(t.nodes(value), axis, -1).copy() for value in inputs]
