@@ -17,12 +17,12 @@ class Interrupted(Exception):
 
 
 def near(name: str, names: Iterable[str]) -> str:
-    """Returns "; did you mean ...?" with the names closest to a wrong one, else all of them."""
+    """Returns the end of a sentence about a wrong name: the names closest to it, else all."""
     known = sorted(names)
     close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     if close:
         return f"; did you mean {' or '.join(close)}?"
-    return f"; there is {', '.join(known)}" if known else ""
+    return f"; known are {', '.join(known)}" if known else ""
 
 
 def first_line(error: BaseException) -> str:

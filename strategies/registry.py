@@ -1,11 +1,11 @@
 """Strategies by name, for configurations and command lines."""
 
-import difflib
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from mjxwalk.errors import near
 from mjxwalk.strategies.ars import ars
 from mjxwalk.strategies.base import Strategy
 from mjxwalk.strategies.cma_es import cma_es
@@ -59,7 +59,7 @@ def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, An
       ValueError: the name or an option is unknown, or an option is missing or out of its range.
     """
     if name not in FACTORIES:
-        raise ValueError(f"unknown strategy {name!r}; {_suggest(name, FACTORIES)}")
+        raise ValueError(f"unknown strategy {name!r}{near(name, FACTORIES)}")
     factory = FACTORIES[name]
     parameters = inspect.signature(factory).parameters
     known = [option for option in parameters if option != "population_size"]
@@ -68,7 +68,7 @@ def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, An
         options.pop(unused, None)
     for option in options:
         if option not in known:
-            raise ValueError(f"unknown option {option!r} of {name}; {_suggest(option, known)}")
+            raise ValueError(f"unknown option {option!r} of {name}{near(option, known)}")
     missing = [
         option
         for option in known
@@ -93,16 +93,9 @@ def carry_over(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
       ValueError: the name is unknown.
     """
     if name not in FACTORIES:
-        raise ValueError(f"unknown strategy {name!r}; {_suggest(name, FACTORIES)}")
+        raise ValueError(f"unknown strategy {name!r}{near(name, FACTORIES)}")
     known = inspect.signature(FACTORIES[name]).parameters
     carried = {option: value for option, value in options.items() if option in known}
     if "sigma" in known and "initial_sigma" not in known and "initial_sigma" in options:
         carried["sigma"] = options["initial_sigma"]
     return carried
-
-
-def _suggest(wrong: str, known: Iterable[str]) -> str:
-    """Returns the names close to a wrong one, or all when none is."""
-    names = sorted(known)
-    near = difflib.get_close_matches(wrong, names)
-    return f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(names)}"

@@ -9,6 +9,8 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from mjxwalk.errors import near
+
 if TYPE_CHECKING:
     from mjxwalk.experiments.experiment import Experiment
     from mjxwalk.experiments.study import Study
@@ -182,7 +184,7 @@ def get(name: str) -> "Experiment":
     if name in names():
         study, _, phase = name.partition("/")
         return get_study(study).phase(phase)
-    raise ValueError(f"unknown experiment {name!r}: {_hint(name, names())}")
+    raise ValueError(f"unknown experiment {name!r}{near(name, names())}")
 
 
 def get_study(name: str) -> "Study":
@@ -192,17 +194,10 @@ def get_study(name: str) -> "Study":
       ValueError: there is none; the message names the nearest.
     """
     if name not in STUDIES:
-        raise ValueError(f"unknown study {name!r}: {_hint(name, STUDIES)}")
+        raise ValueError(f"unknown study {name!r}{near(name, STUDIES)}")
     return _load(STUDIES[name])
 
 
 def _load(entry: Entry) -> Any:
     module = importlib.import_module(entry.module, "mjxwalk.experiments")
     return getattr(module, entry.attribute)
-
-
-def _hint(name: str, known: Mapping[str, object]) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(name, known, cutoff=0.4)
-    return f"did you mean {' or '.join(near)}?" if near else f"choose from {', '.join(known)}"
