@@ -24,7 +24,12 @@ from mjxwalk.strategies.hybrid_ga import HybridGAState, hybrid_ga
 from mjxwalk.strategies.islands import IslandsState, with_islands
 from mjxwalk.strategies.map_elites import MapElites, MapElitesMetrics, MapElitesState, map_elites
 from mjxwalk.strategies.masks import MaskedState, with_mask
-from mjxwalk.strategies.metrics import FitnessSummary, SearchMetrics, summarise_fitness
+from mjxwalk.strategies.metrics import (
+    FitnessMetrics,
+    FitnessSummary,
+    SearchMetrics,
+    summarise_fitness,
+)
 from mjxwalk.strategies.observations import ObservingState, ObservingStrategy, with_observations
 from mjxwalk.strategies.openai_es import OpenAIESState, openai_es
 from mjxwalk.strategies.operators import Individual
@@ -35,7 +40,6 @@ from mjxwalk.strategies.pattern_search import (
 )
 from mjxwalk.strategies.pgpe import PGPEState, pgpe
 from mjxwalk.strategies.pruning import (
-    LinkMetrics,
     PruningMetrics,
     PruningState,
     PruningStrategy,
@@ -69,6 +73,7 @@ __all__ = [
     "CarriesMasks",
     "EvolvingMasksState",
     "EvosaxAlgorithm",
+    "FitnessMetrics",
     "FitnessSummary",
     "FromEvosaxState",
     "GAState",
@@ -76,7 +81,6 @@ __all__ = [
     "HybridGAState",
     "Individual",
     "IslandsState",
-    "LinkMetrics",
     "MapElites",
     "MapElitesMetrics",
     "MapElitesState",

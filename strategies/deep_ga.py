@@ -15,7 +15,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 from mjxwalk.strategies import checks, draws, generations, vectors
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
 from mjxwalk.strategies.generations import GAState
-from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
 from mjxwalk.strategies.operators import best_first
 
 NUM_PARENTS = 20  # Such et al. (2017), table 2, of a population of 1,001
@@ -39,7 +39,7 @@ def deep_ga(
     initial_sigma: Tree,
     num_parents: int = NUM_PARENTS,
     num_elites: int = NUM_ELITES,
-) -> Strategy[GAState, FitnessSummary]:
+) -> Strategy[GAState, FitnessMetrics]:
     """Returns the genetic algorithm of Such et al. (2017), algorithm 1.
 
     Args:
@@ -86,7 +86,7 @@ def _tell(
     population: Population,
     fitness: Float[Array, " pop"],
     state: GAState,
-) -> tuple[GAState, FitnessSummary]:
+) -> tuple[GAState, FitnessMetrics]:
     sigma = vectors.spread("sigma", settings.sigma, state.best_genotype)
     order = best_first(fitness)
     genotypes = vectors.flatten_population(population)
@@ -102,4 +102,4 @@ def _tell(
         vectors.unflatten(genotypes[order[0]], state.best_genotype),
         fitness[order[0]],
     )
-    return new_state, summarise_fitness(fitness)
+    return new_state, FitnessMetrics(summarise_fitness(fitness))

@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, draws, edge
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
 
 
 class FromEvosaxState(NamedTuple):
@@ -32,7 +32,7 @@ class FromEvosaxState(NamedTuple):
 
 def from_evosax(
     algorithm: Any, params: Any = None, *, initial_sigma: float | int | None = None
-) -> Strategy[FromEvosaxState, FitnessSummary]:
+) -> Strategy[FromEvosaxState, FitnessMetrics]:
     """Returns an algorithm of evosax as a strategy.
 
     Args:
@@ -89,7 +89,7 @@ def from_evosax(
         population: Population,
         fitness: Float[Array, " pop"],
         state: FromEvosaxState,
-    ) -> tuple[FromEvosaxState, FitnessSummary]:
+    ) -> tuple[FromEvosaxState, FitnessMetrics]:
         cost = jnp.where(jnp.isnan(fitness), jnp.inf, -fitness)
         key_tell, key_init = jax.random.split(key)
         inner, _ = algorithm.tell(key_tell, population, cost, state.inner, params)
@@ -99,7 +99,7 @@ def from_evosax(
                 lambda later, first: jnp.where(state.has_begun, later, first), inner, start
             )
         new_state = state._replace(inner=_strong(inner), has_begun=jnp.ones((), bool))
-        return new_state, summarise_fitness(fitness)
+        return new_state, FitnessMetrics(summarise_fitness(fitness))
 
     return Strategy(population_size=size, init=init, ask=ask, tell=tell)
 

@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from mjxwalk.strategies import checks
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
 from mjxwalk.strategies.generations import GAState
-from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
 from mjxwalk.strategies.pattern_search import (
     CONTRACTION,
     EXPANSION,
@@ -110,7 +110,7 @@ def hybrid_ga(
 
 
 def in_turn(
-    breeder: Strategy[GAState, FitnessSummary],
+    breeder: Strategy[GAState, FitnessMetrics],
     searcher: Strategy[PatternSearchState, PatternSearchMetrics],
     *,
     after: int,
@@ -157,7 +157,7 @@ def in_turn(
             return state._replace(searching=searching, finished=searching.finished)
 
         after_told = jax.lax.cond(state.generation >= after, search, breed, key)
-        metrics = PatternSearchMetrics(*summarise_fitness(fitness), mesh=state.searching.mesh)
+        metrics = PatternSearchMetrics(summarise_fitness(fitness), mesh=state.searching.mesh)
         return after_told._replace(generation=state.generation + 1), metrics
 
     return Strategy(population_size=breeder.population_size, init=init, ask=ask, tell=tell)

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
 from mjxwalk.strategies.operators import best_first, take
 
 
@@ -37,7 +37,7 @@ def with_islands(
     every: int,
     num_migrants: int,
     mesh: Mesh | None = None,
-) -> Strategy[IslandsState, FitnessSummary]:
+) -> Strategy[IslandsState, FitnessMetrics]:
     """Returns so many of a strategy, each with a population of its own, that exchange genotypes.
 
     A migrant is told to the next island, with its fitness, in place of that island's worst
@@ -85,7 +85,7 @@ def with_islands(
         population: Population,
         fitness: Float[Array, " pop"],
         state: IslandsState,
-    ) -> tuple[IslandsState, FitnessSummary]:
+    ) -> tuple[IslandsState, FitnessMetrics]:
         apart = jax.tree.map(
             lambda leaf: leaf.reshape(num_islands, size, *leaf.shape[1:]), population
         )
@@ -96,7 +96,8 @@ def with_islands(
             told = jax.tree.map(lambda new, old: jnp.where(is_due, new, old), moved, told)
         keys = jax.random.split(key, num_islands)
         inner, _ = jax.vmap(strategy.tell)(keys, told[0], told[1], state.inner)
-        return IslandsState(spread(inner), state.generation + 1), summarise_fitness(fitness)
+        new_state = IslandsState(spread(inner), state.generation + 1)
+        return new_state, FitnessMetrics(summarise_fitness(fitness))
 
     return Strategy(population_size=num_islands * size, init=init, ask=ask, tell=tell)
 

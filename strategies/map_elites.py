@@ -17,7 +17,7 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, draws, edge, vectors
 from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy
-from mjxwalk.strategies.metrics import summarise_fitness
+from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 
 ISO_SIGMA = 0.01  # Vassiliades & Mouret (2018), section 4.2, sigma_1
 LINE_SIGMA = 0.2  # sigma_2 there
@@ -40,17 +40,15 @@ class MapElitesState(NamedTuple):
 
 
 class MapElitesMetrics(NamedTuple):
-    """A generation's `FitnessSummary`, and the archive after it.
+    """Scalars about the generation told, and the archive after it.
 
     Attributes:
+      fitness: summary of the generation's fitness.
       num_filled: cells that hold a genotype.
       archive_fitness: highest in the archive.
     """
 
-    best_fitness: Float[Array, ""]
-    mean_fitness: Float[Array, ""]
-    median_fitness: Float[Array, ""]
-    num_nan: Int[Array, ""]
+    fitness: FitnessSummary
     num_filled: Int[Array, ""]
     archive_fitness: Float[Array, ""]
 
@@ -170,7 +168,7 @@ def map_elites(
         )
         filled = best > -jnp.inf
         metrics = MapElitesMetrics(
-            *summarise_fitness(fitness),
+            summarise_fitness(fitness),
             num_filled=jnp.sum(filled, dtype=jnp.int32),
             archive_fitness=jnp.max(best),
         )

@@ -1,4 +1,4 @@
-"""Summary of a generation's fitness, the same for every strategy."""
+"""What strategies tell of a generation; all of them have its summary of fitness, as `fitness`."""
 
 from typing import NamedTuple
 
@@ -24,19 +24,25 @@ class FitnessSummary(NamedTuple):
     num_nan: Int[Array, ""]
 
 
+class FitnessMetrics(NamedTuple):
+    """Scalars about the generation told by a strategy that has none of its own to add.
+
+    Attributes:
+      fitness: summary of the generation's fitness.
+    """
+
+    fitness: FitnessSummary
+
+
 class SearchMetrics(NamedTuple):
     """Scalars about the generation told by a strategy that searches with one distribution.
 
-    The first four are its `FitnessSummary`.
-
     Attributes:
+      fitness: summary of the generation's fitness.
       sigma: standard deviation of a weight in that generation, root mean square over all weights.
     """
 
-    best_fitness: Float[Array, ""]
-    mean_fitness: Float[Array, ""]
-    median_fitness: Float[Array, ""]
-    num_nan: Int[Array, ""]
+    fitness: FitnessSummary
     sigma: Float[Array, ""]
 
 
@@ -45,7 +51,7 @@ def measure_search(fitness: Float[Array, " pop"], sigma: Float[Array, "*dim"]) -
     # Scaled, so that squares of the smallest and largest do not leave float32.
     largest = jnp.max(sigma)
     rms = largest * jnp.sqrt(jnp.mean((sigma / largest) ** 2))
-    return SearchMetrics(*summarise_fitness(fitness), sigma=rms)
+    return SearchMetrics(summarise_fitness(fitness), sigma=rms)
 
 
 def summarise_fitness(fitness: Float[Array, " pop"]) -> FitnessSummary:

@@ -21,7 +21,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, draws, operators, prefixes
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.metrics import summarise_fitness
+from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 
 INITIAL_MESH = 1.0  # MATLAB's default, as the next two
 EXPANSION = 2.0
@@ -53,12 +53,14 @@ class PatternSearchState(NamedTuple):
 
 
 class PatternSearchMetrics(NamedTuple):
-    """Scalars about the generation told: its `FitnessSummary`, and the mesh of its first poll."""
+    """Scalars about the generation told.
 
-    best_fitness: Float[Array, ""]
-    mean_fitness: Float[Array, ""]
-    median_fitness: Float[Array, ""]
-    num_nan: Int[Array, ""]
+    Attributes:
+      fitness: summary of the generation's fitness.
+      mesh: of its first poll.
+    """
+
+    fitness: FitnessSummary
     mesh: Float[Array, ""]
 
 
@@ -211,7 +213,7 @@ def _tell(
         generation=state.generation + 1,
         finished=mesh < settings.smallest_mesh,
     )
-    return new_state, PatternSearchMetrics(*summarise_fitness(fitness), mesh=state.mesh)
+    return new_state, PatternSearchMetrics(summarise_fitness(fitness), mesh=state.mesh)
 
 
 def _shuffled(key: PRNGKeyArray, num: int) -> Int[Array, " direction"]:

@@ -24,10 +24,10 @@ from mjxwalk.strategies import checks
 from mjxwalk.strategies.base import Genotype, IntTree, Population, Strategy, Tree
 from mjxwalk.strategies.evolving_masks import carry, one_of, with_evolving_masks
 from mjxwalk.strategies.links import count_links, prune_population
-from mjxwalk.strategies.metrics import summarise_fitness
+from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 from mjxwalk.strategies.operators import Individual
 from mjxwalk.strategies.prefixes import check_links, match_links
-from mjxwalk.strategies.self_adaptive_ga import NUM_ELITES, SelfAdaptiveGAMetrics
+from mjxwalk.strategies.self_adaptive_ga import NUM_ELITES
 
 # All from Solomon et al. (2013), section 2.7.5.
 EVERY = 10  # generations
@@ -61,35 +61,18 @@ class PruningState(NamedTuple):
     num_pruned: Int[Array, ""]
 
 
-class LinkMetrics(NamedTuple):
-    """The `FitnessSummary` of the generation told, and what pruning did to it.
-
-    Attributes:
-      mean_num_links: links that an individual has, of those that can be removed.
-      num_pruned: links that all individuals together lost before they were evaluated.
-    """
-
-    best_fitness: Float[Array, ""]
-    mean_fitness: Float[Array, ""]
-    median_fitness: Float[Array, ""]
-    num_nan: Int[Array, ""]
-    mean_num_links: Float[Array, ""]
-    num_pruned: Int[Array, ""]
-
-
 class PruningMetrics(NamedTuple):
-    """The self-adaptive algorithm's metrics of the generation told, and what pruning did to it.
+    """Scalars about the generation told, and what pruning did to it.
 
     Attributes:
+      fitness: summary of the generation's fitness.
+      mean_learning_rate: as of `SelfAdaptiveGAMetrics`; None around other strategies.
       mean_num_links: links that an individual has, of those that can be removed.
       num_pruned: links that all individuals together lost before they were evaluated.
     """
 
-    best_fitness: Float[Array, ""]
-    mean_fitness: Float[Array, ""]
-    median_fitness: Float[Array, ""]
-    num_nan: Int[Array, ""]
-    mean_learning_rate: Float[Array, ""]
+    fitness: FitnessSummary
+    mean_learning_rate: Float[Array, ""] | None
     mean_num_links: Float[Array, ""]
     num_pruned: Int[Array, ""]
 
@@ -110,7 +93,7 @@ class Begin(Protocol):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class PruningStrategy(Strategy[PruningState, PruningMetrics | LinkMetrics]):
+class PruningStrategy(Strategy[PruningState, PruningMetrics]):
     """A strategy that prunes; `init` starts at generation 0 and `begin` in an evolved population.
 
     Attributes:
@@ -198,7 +181,7 @@ def with_pruning(
         population: Population,
         fitness: Float[Array, " pop"],
         state: PruningState,
-    ) -> tuple[PruningState, PruningMetrics | LinkMetrics]:
+    ) -> tuple[PruningState, PruningMetrics]:
         return _tell(settings, key, population, fitness, state)
 
     return PruningStrategy(
@@ -255,7 +238,7 @@ def _tell(
     population: Population,
     fitness: Float[Array, " pop"],
     state: PruningState,
-) -> tuple[PruningState, PruningMetrics | LinkMetrics]:
+) -> tuple[PruningState, PruningMetrics]:
     inner, metrics = settings.strategy.tell(key, population, fitness, state.inner)
     elite = jnp.max(_nan_is_worst(fitness))
     prunes = state.age >= 0
@@ -274,9 +257,8 @@ def _tell(
         num_pruned=jnp.zeros((), jnp.int32),
     )
     num_links = jnp.mean(_num_links(state.inner.mask, _links(settings, state)).astype(float))
-    if isinstance(metrics, SelfAdaptiveGAMetrics):
-        return new_state, PruningMetrics(*metrics, num_links, state.num_pruned)
-    return new_state, LinkMetrics(*summarise_fitness(fitness), num_links, state.num_pruned)
+    rate = getattr(metrics, "mean_learning_rate", None)
+    return new_state, PruningMetrics(summarise_fitness(fitness), rate, num_links, state.num_pruned)
 
 
 def _links(settings: _Settings, state: PruningState) -> IntTree:

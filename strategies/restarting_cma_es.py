@@ -23,7 +23,7 @@ from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
 from mjxwalk.strategies.cma_es import CMAESState, cma_es
 from mjxwalk.strategies.cma_es import advance as advance_full
 from mjxwalk.strategies.evolution_paths import Rates, rates_of_start
-from mjxwalk.strategies.metrics import measure_search
+from mjxwalk.strategies.metrics import FitnessSummary, measure_search
 from mjxwalk.strategies.operators import best_first
 from mjxwalk.strategies.search_ends import Search, deviations, has_ended, history_length
 from mjxwalk.strategies.sep_cma_es import advance as advance_separable
@@ -56,17 +56,16 @@ class RestartingState(NamedTuple):
 
 
 class RestartingMetrics(NamedTuple):
-    """The `SearchMetrics` of what was told, and which start that is of.
+    """Scalars about the genotypes told, and which start they are of.
 
     Attributes:
+      fitness: summary of their fitness.
+      sigma: as of `SearchMetrics`.
       generation_size: genotypes in a generation.
       num_restarts: starts before this one.
     """
 
-    best_fitness: Float[Array, ""]
-    mean_fitness: Float[Array, ""]
-    median_fitness: Float[Array, ""]
-    num_nan: Int[Array, ""]
+    fitness: FitnessSummary
     sigma: Float[Array, ""]
     generation_size: Int[Array, ""]
     num_restarts: Int[Array, ""]

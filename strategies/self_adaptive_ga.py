@@ -39,7 +39,7 @@ from mjxwalk.strategies.base import (
     Strategy,
     Tree,
 )
-from mjxwalk.strategies.metrics import summarise_fitness
+from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 from mjxwalk.strategies.operators import Individual
 from mjxwalk.strategies.self_adaptive_breeding import Breeding, breed, number_apart
 
@@ -75,12 +75,14 @@ class SelfAdaptiveGAState(NamedTuple):
 
 
 class SelfAdaptiveGAMetrics(NamedTuple):
-    """Scalars about the generation told: its `FitnessSummary`, and the mean of all its rates."""
+    """Scalars about the generation told.
 
-    best_fitness: Float[Array, ""]
-    mean_fitness: Float[Array, ""]
-    median_fitness: Float[Array, ""]
-    num_nan: Int[Array, ""]
+    Attributes:
+      fitness: summary of the generation's fitness.
+      mean_learning_rate: over all individuals and groups.
+    """
+
+    fitness: FitnessSummary
     mean_learning_rate: Float[Array, ""]
 
 
@@ -237,7 +239,7 @@ def _tell(
         best_fitness=fitness[order[0]].astype(state.best_fitness.dtype),
     )
     metrics = SelfAdaptiveGAMetrics(
-        *summarise_fitness(fitness), mean_learning_rate=jnp.mean(state.learning_rates)
+        summarise_fitness(fitness), mean_learning_rate=jnp.mean(state.learning_rates)
     )
     return new_state, metrics
 

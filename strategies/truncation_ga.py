@@ -16,7 +16,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 from mjxwalk.strategies import checks, draws, generations, vectors
 from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
 from mjxwalk.strategies.generations import GAState
-from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
 from mjxwalk.strategies.operators import best_first
 from mjxwalk.strategies.two_point_ga import check_bounds, uniform_mutation
 
@@ -38,7 +38,7 @@ def truncation_ga(
     lower: Tree,
     upper: Tree,
     substitutions: ScalarLike = SUBSTITUTIONS,
-) -> Strategy[GAState, FitnessSummary]:
+) -> Strategy[GAState, FitnessMetrics]:
     """Returns the genetic algorithm of Reil & Massey (2001); generation 0 is uniform in the bounds.
 
     Args:
@@ -75,7 +75,7 @@ def _tell(
     population: Population,
     fitness: Float[Array, " pop"],
     state: GAState,
-) -> tuple[GAState, FitnessSummary]:
+) -> tuple[GAState, FitnessMetrics]:
     lower, upper = _bounds(settings, state.best_genotype)
     order = best_first(fitness)
     genotypes = vectors.flatten_population(population)[order]
@@ -92,7 +92,7 @@ def _tell(
         vectors.unflatten(genotypes[0], state.best_genotype),
         fitness[order[0]],
     )
-    return new_state, summarise_fitness(fitness)
+    return new_state, FitnessMetrics(summarise_fitness(fitness))
 
 
 def _bounds(

@@ -27,7 +27,7 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 from mjxwalk.strategies import checks, draws, generations, operators, prefixes
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
 from mjxwalk.strategies.generations import GAState
-from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
 
 NUM_ELITES = 2  # section 4.3.3, step 4a
 CROSSOVER_FRACTION = 0.99  # section 4.3.3, step 4b; its table has 0.999
@@ -65,7 +65,7 @@ def two_point_ga(
     crossover_fraction: float | int = CROSSOVER_FRACTION,
     mutation_rate: float | int = MUTATION_RATE,
     keep_template: bool = False,
-) -> Strategy[GAState, FitnessSummary]:
+) -> Strategy[GAState, FitnessMetrics]:
     """Returns the genetic algorithm of the thesis; generation 0 is uniform between the bounds.
 
     `lower` and `upper` are one value for all weights, or a pytree prefix of the template whose
@@ -219,7 +219,7 @@ def _tell(
     population: Population,
     fitness: Float[Array, " pop"],
     state: GAState,
-) -> tuple[GAState, FitnessSummary]:
+) -> tuple[GAState, FitnessMetrics]:
     _, unflatten = ravel_pytree(state.best_genotype)
     flats = jax.vmap(lambda tree: ravel_pytree(tree)[0])(population)
     order = operators.best_first(fitness)
@@ -231,7 +231,7 @@ def _tell(
         unflatten(flats[0]),
         fitness[order[0]],
     )
-    return new_state, summarise_fitness(fitness)
+    return new_state, FitnessMetrics(summarise_fitness(fitness))
 
 
 def _breed(

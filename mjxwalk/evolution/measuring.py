@@ -78,7 +78,12 @@ def measure(
 
 def _scalars(told: Any) -> dict[str, float | None]:
     named = flatten(jax.device_get(told))
-    return {name: _number(value) for name, value in named.items() if value.ndim == 0}
+    # The summary of fitness has its own names, whatever else a strategy tells.
+    return {
+        name.removeprefix("fitness."): _number(value)
+        for name, value in named.items()
+        if value.ndim == 0
+    }
 
 
 def _finite(average: Any, values: Float[np.ndarray, " pop"]) -> float | None:

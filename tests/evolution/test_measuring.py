@@ -21,7 +21,11 @@ def test_nan_stays_out_of_the_averages() -> None:
         0,
         generation=1,
         weight=10.0,
-        told={"sigma": np.float32(0.5), "spread": np.ones(3)},
+        told={
+            "fitness": {"num_nan": np.int32(1)},
+            "sigma": np.float32(0.5),
+            "spread": np.ones(3),
+        },
         evaluate_s=2.0,
         compile_s=0.0,
         other_s=0.0,
@@ -30,7 +34,7 @@ def test_nan_stays_out_of_the_averages() -> None:
     assert line.fall_share == pytest.approx(1 / 3)
     assert line.physics_steps == 6
     assert line.steps_per_s == 3.0
-    assert line.strategy == {"sigma": 0.5}
+    assert line.strategy == {"num_nan": 1.0, "sigma": 0.5}
 
 
 def test_a_generation_without_any_fitness_has_none() -> None:

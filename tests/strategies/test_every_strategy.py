@@ -141,6 +141,7 @@ def test_population_has_the_templates_structure_and_an_axis_in_front(case: Case)
         assert leaf.dtype == weights.dtype
     _, metrics = strategy.tell(jax.random.key(2), population, jnp.arange(20.0), state)
     assert all(jnp.shape(scalar) == () for scalar in jax.tree.leaves(metrics))
+    assert metrics.fitness.best_fitness == 19
 
 
 @every_strategy
@@ -150,7 +151,7 @@ def test_fitness_is_maximised(case: Case):
     state, metrics = _evolve(strategy, keys, strategy.init(jax.random.key(0), TEMPLATE))
     population, _ = strategy.ask(jax.random.key(2), state)
     # The start is at squared distance 11 x 4; going the other way would raise that.
-    assert jnp.median(_distance(population)) < 0.5 * -metrics[0].median_fitness
+    assert jnp.median(_distance(population)) < 0.5 * -metrics[0].fitness.median_fitness
 
 
 @every_strategy
@@ -168,7 +169,7 @@ def test_nan_ranks_below_every_number(case: Case):
     expected, _ = strategy.tell(key, population, jnp.asarray(number), state)
     got, metrics = strategy.tell(key, population, jnp.asarray(broken), state)
     _assert_same_bits(strategy.ask(key, got)[0], strategy.ask(key, expected)[0])
-    assert metrics.num_nan == 3
+    assert metrics.fitness.num_nan == 3
 
 
 @every_strategy

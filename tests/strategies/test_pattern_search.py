@@ -124,7 +124,7 @@ def test_a_quadratic_is_solved_to_the_mesh(population_size: int):
     )
     # A mesh of 2^-10 is what single precision can tell apart here.
     np.testing.assert_allclose(state.centre, target, atol=2e-3)
-    best = np.maximum.accumulate(np.asarray(metrics.best_fitness))
+    best = np.maximum.accumulate(np.asarray(metrics.fitness.best_fitness))
     assert float(state.best_fitness) == best[-1]
 
 
@@ -140,7 +140,7 @@ def test_the_hybrid_polishes_what_the_genetic_algorithm_found():
     target = jnp.linspace(-1.0, 1.0, 12)
     strategy = hybrid_ga(population_size=100, lower=-2.0, upper=2.0, breeding_generations=30)
     state, metrics = _maximise(strategy, jnp.zeros(12), lambda x: jnp.sum((x - target) ** 2), 200)
-    best = np.asarray(metrics.best_fitness)
+    best = np.asarray(metrics.fitness.best_fitness)
     # With the thesis' rates next to nothing is new after generation 0.
     assert -5 < best[29] < -0.05
     assert float(state.searching.best_fitness) > -1e-5

@@ -181,7 +181,7 @@ def test_between_removals_it_is_the_strategy_itself(ask: Any, tell: Any):
     )
     for a, b in zip(jax.tree.leaves(told.inner), jax.tree.leaves(plain), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-6)  # rounds as another program does
-    assert metrics[:4] == plain_metrics[:4]
+    assert metrics[:2] == plain_metrics
 
 
 def test_resuming_from_a_saved_state_gives_the_same_bits(ask: Any, tell: Any):

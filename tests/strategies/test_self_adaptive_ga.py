@@ -103,7 +103,7 @@ def test_the_fittest_of_the_generation_told_is_in_the_state(start: Any, tell: An
     state, metrics = tell(jax.random.key(1), FITNESS.at[4].set(99.0), start)
     np.testing.assert_array_equal(state.best_genotype["hip"], start.population["hip"][4])
     np.testing.assert_array_equal(state.best_mask["hip"], MASK["hip"])
-    assert state.best_fitness == metrics.best_fitness == 99.0
+    assert state.best_fitness == metrics.fitness.best_fitness == 99.0
     assert state.generation == 1
     assert metrics.mean_learning_rate == 1.0
 
