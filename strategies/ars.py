@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, ranks, vectors
-from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.base import Genotype, ScalarLike, Strategy, Tree
 from mjxwalk.strategies.metrics import SearchMetrics, measure_search
 from mjxwalk.strategies.operators import truncation_selection
 
@@ -74,7 +74,7 @@ def ars(
     checks.check_numbers("used_fraction", used_fraction, above=0.0, maximum=1.0)
     num_used = max(1, round(used_fraction * (population_size // 2)))
     settings = _Settings(population_size, num_used, sigma, learning_rate)
-    return Strategy(
+    return vectors.over_vectors(
         population_size=population_size,
         init=functools.partial(_init, settings),
         ask=functools.partial(_ask, settings),
@@ -82,8 +82,7 @@ def ars(
     )
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> ARSState:
-    del key
+def _init(settings: _Settings, template: Genotype) -> ARSState:
     vectors.spread("sigma", settings.sigma, template)  # to refuse what does not fit
     return ARSState(
         mean=vectors.flatten(template),
@@ -92,20 +91,18 @@ def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> ARSStat
     )
 
 
-def _ask(settings: _Settings, key: PRNGKeyArray, state: ARSState) -> tuple[Population, ARSState]:
+def _ask(settings: _Settings, key: PRNGKeyArray, state: ARSState) -> Float[Array, "pop dim"]:
     sigma = vectors.spread("sigma", settings.sigma, state.template)
     noise = vectors.mirrored_normals(key, settings.population_size, state.mean)
-    return vectors.unflatten_population(state.mean + sigma * noise, state.template), state
+    return state.mean + sigma * noise
 
 
 def _tell(
     settings: _Settings,
-    key: PRNGKeyArray,
-    population: Population,
+    genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: ARSState,
 ) -> tuple[ARSState, SearchMetrics]:
-    del key
     sigma = vectors.spread("sigma", settings.sigma, state.template)
     num_pairs = settings.population_size // 2
     reward = ranks.finite(fitness).astype(state.mean.dtype)
@@ -113,7 +110,6 @@ def _tell(
         jnp.maximum(reward[:num_pairs], reward[num_pairs:]), settings.num_used
     )
     plus, minus = reward[used], reward[used + num_pairs]
-    genotypes = vectors.flatten_population(population)
     directions = (genotypes[used] - genotypes[used + num_pairs]) / (2 * sigma)
     # Scaled first, so that no square of a difference leaves float32.
     middle = (jnp.mean(plus) + jnp.mean(minus)) / 2

@@ -1,4 +1,4 @@
-"""Bounds on weights, for any strategy."""
+"""Bounds on weights, for any strategy, and for those that draw weights between them."""
 
 from typing import Any, Literal
 
@@ -6,9 +6,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.strategies import prefixes
+from mjxwalk.strategies import checks, draws, prefixes, vectors
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.two_point_ga import check_bounds
 
 
 def with_bounds(
@@ -65,3 +64,34 @@ def reflect(
     # A triangle wave of two widths; clipped because its last bit may stick out.
     phase = jnp.mod(value - lower, 2 * width)
     return jnp.clip(lower + width - jnp.abs(phase - width), lower, upper)
+
+
+def check_bounds(lower: Tree, upper: Tree) -> None:
+    """Checks two settings that are bounds; what lies between them shows with the template.
+
+    Raises:
+      ValueError: a bound is not finite, or single bounds leave nothing between them.
+    """
+    checks.check_numbers("lower", lower)
+    checks.check_numbers("upper", upper)
+    if isinstance(lower, float | int) and isinstance(upper, float | int) and not lower < upper:
+        raise ValueError(f"upper must be above lower ({lower}), got {upper}")
+
+
+def spread_bounds(
+    lower: Tree, upper: Tree, template: Genotype
+) -> tuple[Float[Array, " dim"], Float[Array, " dim"]]:
+    """Returns the bounds of each weight of a template.
+
+    Raises:
+      ValueError: a bound's structure or shape does not fit the template.
+    """
+    return vectors.spread("lower", lower, template), vectors.spread("upper", upper, template)
+
+
+def draw_between(
+    key: PRNGKeyArray, num_rows: int, lower: Float[Array, " dim"], upper: Float[Array, " dim"]
+) -> Float[Array, "row dim"]:
+    """Returns independent numbers, uniform between bounds, in rows; uses up `key`."""
+    (words,) = draws.draw_words(key, num_rows, [lower.size])
+    return lower + (upper - lower) * draws.uniforms(words).astype(lower.dtype)

@@ -4,18 +4,17 @@ Hansen (2023), "The CMA evolution strategy: a tutorial", https://arxiv.org/abs/1
 figure 6 with the defaults of table 1; equation numbers are that version's.
 """
 
-import functools
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int
 
-from mjxwalk.strategies import checks, vectors
-from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.evolution_paths import Paths, Rates, advance_paths, cma_rates
-from mjxwalk.strategies.metrics import SearchMetrics, measure_search
-from mjxwalk.strategies.operators import best_first
+from mjxwalk.strategies import vectors
+from mjxwalk.strategies.base import Genotype, Strategy, Tree
+from mjxwalk.strategies.covariance_adaptation import cma_strategy
+from mjxwalk.strategies.evolution_paths import Paths, Rates, advance_paths
+from mjxwalk.strategies.metrics import SearchMetrics
 
 # ours: shortest axis over longest, near what float32 can tell from nothing.
 SMALLEST_RATIO = 1e-6
@@ -49,12 +48,13 @@ class CMAESState(NamedTuple):
     template: Genotype
     generation: Int[Array, ""]
 
+    def deviations(self) -> Float[Array, " dim"]:
+        """Returns the standard deviation of each weight."""
+        return self.sigma * jnp.sqrt(jnp.diag(self.covariance))
 
-class _Settings(NamedTuple):
-    """Checked arguments of `cma_es`."""
-
-    population_size: int
-    sigma: Tree
+    def draw(self, noise: Float[Array, "pop dim"]) -> Float[Array, "pop dim"]:
+        """Returns the genotypes that standard normal numbers stand for."""
+        return self.mean + self.sigma * (noise @ self.root.T)
 
 
 def cma_es(*, population_size: int, sigma: Tree) -> Strategy[CMAESState, SearchMetrics]:
@@ -71,73 +71,35 @@ def cma_es(*, population_size: int, sigma: Tree) -> Strategy[CMAESState, SearchM
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    checks.check_count("population_size", population_size, minimum=2)
-    checks.check_numbers("sigma", sigma, above=0.0)
-    settings = _Settings(population_size, sigma)
-    return Strategy(
-        population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=functools.partial(_ask, settings),
-        tell=functools.partial(_tell, settings),
+    return cma_strategy(
+        _start, advance, population_size=population_size, sigma=sigma, separable=False
     )
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> CMAESState:
-    del key
+def _start(
+    template: Genotype, sigma: Float[Array, ""], deviations: Float[Array, " dim"]
+) -> CMAESState:
     mean = vectors.flatten(template)
-    scales = vectors.spread("sigma", settings.sigma, template)
-    sigma = jnp.exp(jnp.mean(jnp.log(scales)))
     return CMAESState(
         mean=mean,
         sigma=sigma,
-        covariance=jnp.diag((scales / sigma) ** 2),
-        root=jnp.diag(scales / sigma),
-        whitener=jnp.diag(sigma / scales),
+        covariance=jnp.diag((deviations / sigma) ** 2),
+        root=jnp.diag(deviations / sigma),
+        whitener=jnp.diag(sigma / deviations),
         paths=Paths(jnp.zeros_like(mean), jnp.zeros_like(mean)),
         template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
 
-def _ask(
-    settings: _Settings, key: PRNGKeyArray, state: CMAESState
-) -> tuple[Population, CMAESState]:
-    noise = vectors.standard_normals(key, settings.population_size, state.mean)
-    genotypes = state.mean + state.sigma * (noise @ state.root.T)
-    return vectors.unflatten_population(genotypes, state.template), state
-
-
-def _tell(
-    settings: _Settings,
-    key: PRNGKeyArray,
-    population: Population,
-    fitness: Float[Array, " pop"],
-    state: CMAESState,
-) -> tuple[CMAESState, SearchMetrics]:
-    del key
-    rates = cma_rates(settings.population_size, state.mean.size)
-    new_state = advance(state, vectors.flatten_population(population)[best_first(fitness)], rates)
-    return new_state, measure_search(fitness, deviations(state))
-
-
-def deviations(state: CMAESState) -> Float[Array, " dim"]:
-    """Returns the standard deviation of each weight."""
-    return state.sigma * jnp.sqrt(jnp.diag(state.covariance))
-
-
 def advance(state: CMAESState, ordered: Float[Array, "pop dim"], rates: Rates) -> CMAESState:
-    """Returns the state after a generation.
-
-    Args:
-      state: that it was drawn from.
-      ordered: its genotypes, best first.
-      rates: constants.
-    """
+    """Returns the state after a generation, of which all genotypes are given, best first."""
+    weights = jnp.maximum(jnp.asarray(rates.weights[: rates.num_parents], state.mean.dtype), 0)
     steps = (ordered - state.mean) / state.sigma
-    better = jnp.maximum(jnp.asarray(rates.weights[: rates.num_parents], steps.dtype), 0)
-    step = better @ steps[: rates.num_parents]
-    white_step = state.whitener @ step
-    paths, regained, growth = advance_paths(state.paths, step, white_step, state.generation, rates)
+    step = weights @ steps[: rates.num_parents]
+    paths, regained, growth = advance_paths(
+        state.paths, step, state.whitener @ step, state.generation, rates
+    )
     covariance = _update_covariance(state, steps, paths.covariance, regained, rates)
     root, whitener = _decompose_now_and_then(state, covariance, rates)
     return state._replace(

@@ -12,11 +12,10 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.strategies import checks, draws, generations, vectors
-from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.generations import GAState
-from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
-from mjxwalk.strategies.operators import best_first
+from mjxwalk.strategies import checks, draws, vectors
+from mjxwalk.strategies.base import Genotype, Strategy, Tree
+from mjxwalk.strategies.generations import GAState, over_generations
+from mjxwalk.strategies.metrics import FitnessMetrics
 
 NUM_PARENTS = 20  # Such et al. (2017), table 2, of a population of 1,001
 NUM_ELITES = 1  # algorithm 1
@@ -62,44 +61,30 @@ def deep_ga(
     settings = _Settings(
         population_size, sigma, initial_sigma, min(num_parents, population_size), num_elites
     )
-    return Strategy(
+    return over_generations(
         population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=generations.ask,
-        tell=functools.partial(_tell, settings),
+        first=functools.partial(_first, settings),
+        breed=functools.partial(_breed, settings),
     )
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> GAState:
+def _first(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> Float[Array, "pop dim"]:
     vectors.spread("sigma", settings.sigma, template)  # to refuse what does not fit
     start = vectors.flatten(template)
     initial_sigma = vectors.spread("initial_sigma", settings.initial_sigma, template)
-    noise = vectors.standard_normals(key, settings.population_size, start)
-    return generations.begin(
-        vectors.unflatten_population(start + initial_sigma * noise, template), template
-    )
+    return start + initial_sigma * vectors.standard_normals(key, settings.population_size, start)
 
 
-def _tell(
+def _breed(
     settings: _Settings,
     key: PRNGKeyArray,
-    population: Population,
-    fitness: Float[Array, " pop"],
-    state: GAState,
-) -> tuple[GAState, FitnessMetrics]:
-    sigma = vectors.spread("sigma", settings.sigma, state.best_genotype)
-    order = best_first(fitness)
-    genotypes = vectors.flatten_population(population)
+    genotypes: Float[Array, "pop dim"],
+    template: Genotype,
+) -> Float[Array, "pop dim"]:
+    sigma = vectors.spread("sigma", settings.sigma, template)
     num_offspring = settings.population_size - settings.num_elites
     picks, moves = draws.draw_words(key, num_offspring, [1, sigma.size])
     picked = jnp.floor(draws.uniforms(picks[:, 0]) * settings.num_parents).astype(jnp.int32)
     noise = draws.normals(moves).astype(sigma.dtype)
-    offspring = genotypes[order[picked]] + sigma * noise
-    elites = genotypes[order[: settings.num_elites]]
-    new_state = generations.advance(
-        state,
-        vectors.unflatten_population(jnp.concatenate([elites, offspring]), state.best_genotype),
-        vectors.unflatten(genotypes[order[0]], state.best_genotype),
-        fitness[order[0]],
-    )
-    return new_state, FitnessMetrics(summarise_fitness(fitness))
+    offspring = genotypes[picked] + sigma * noise
+    return jnp.concatenate([genotypes[: settings.num_elites], offspring])

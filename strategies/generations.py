@@ -1,11 +1,15 @@
-"""What genetic algorithms without masks or rates keep between generations, and how it moves on."""
+"""Genetic algorithms whose genotypes are vectors without masks or rates of their own."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from mjxwalk.strategies.base import Genotype, Population
+from mjxwalk.strategies import vectors
+from mjxwalk.strategies.base import Genotype, Population, Strategy
+from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
+from mjxwalk.strategies.operators import best_first
 
 
 class GAState(NamedTuple):
@@ -24,36 +28,45 @@ class GAState(NamedTuple):
     best_fitness: Float[Array, ""]
 
 
-def begin(population: Population, template: Genotype) -> GAState:
-    """Returns the state before generation 0 is evaluated."""
-    return GAState(
-        population=population,
-        generation=jnp.zeros((), jnp.int32),
-        best_genotype=template,
-        best_fitness=jnp.full((), jnp.nan, float),
-    )
-
-
-def ask(key: PRNGKeyArray, state: GAState) -> tuple[Population, GAState]:
-    """Returns the population that `begin` or `tell` has made already."""
-    del key
-    return state.population, state
-
-
-def advance(
-    state: GAState, population: Population, best: Genotype, best_fitness: Float[Array, ""]
-) -> GAState:
-    """Returns the state after a generation.
+def over_generations(
+    *,
+    population_size: int,
+    first: Callable[[PRNGKeyArray, Genotype], Float[Array, "pop dim"]],
+    breed: Callable[[PRNGKeyArray, Float[Array, "pop dim"], Genotype], Float[Array, "pop dim"]],
+) -> Strategy[GAState, FitnessMetrics]:
+    """Returns the genetic algorithm that makes each generation of the one before.
 
     Args:
-      state: before it.
-      population: to be evaluated next.
-      best: fittest of the generation told.
-      best_fitness: its fitness.
+      population_size: genotypes in a generation.
+      first: draws generation 0 about a template, see `vectors.flatten`; uses up its key.
+      breed: makes a generation of the last, whose genotypes are given best first, in the shapes of
+        a genotype; uses up its key.
     """
-    return GAState(
-        population=population,
-        generation=state.generation + 1,
-        best_genotype=best,
-        best_fitness=best_fitness.astype(state.best_fitness.dtype),
-    )
+
+    def init(key: PRNGKeyArray, template: Genotype) -> GAState:
+        return GAState(
+            population=vectors.unflatten_population(first(key, template), template),
+            generation=jnp.zeros((), jnp.int32),
+            best_genotype=template,
+            best_fitness=jnp.full((), jnp.nan, float),
+        )
+
+    def ask(key: PRNGKeyArray, state: GAState) -> tuple[Population, GAState]:
+        del key
+        return state.population, state
+
+    def tell(
+        key: PRNGKeyArray, population: Population, fitness: Float[Array, " pop"], state: GAState
+    ) -> tuple[GAState, FitnessMetrics]:
+        order = best_first(fitness)
+        genotypes = vectors.flatten_population(population)[order]
+        bred = breed(key, genotypes, state.best_genotype)
+        new_state = GAState(
+            population=vectors.unflatten_population(bred, state.best_genotype),
+            generation=state.generation + 1,
+            best_genotype=vectors.unflatten(genotypes[0], state.best_genotype),
+            best_fitness=fitness[order[0]].astype(state.best_fitness.dtype),
+        )
+        return new_state, FitnessMetrics(summarise_fitness(fitness))
+
+    return Strategy(population_size=population_size, init=init, ask=ask, tell=tell)

@@ -13,7 +13,7 @@ import optax
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, gradients, vectors
-from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
+from mjxwalk.strategies.base import Genotype, Strategy, Tree
 from mjxwalk.strategies.gradients import Optimizer
 from mjxwalk.strategies.metrics import SearchMetrics, measure_search
 from mjxwalk.strategies.ranks import centred_ranks
@@ -65,7 +65,7 @@ def openai_es(
     checks.check_even("population_size", population_size)
     checks.check_numbers("sigma", sigma, above=0.0)
     settings = _Settings(population_size, sigma, gradients.make_optimizer(optimizer))
-    return Strategy(
+    return vectors.over_vectors(
         population_size=population_size,
         init=functools.partial(_init, settings),
         ask=functools.partial(_ask, settings),
@@ -73,8 +73,7 @@ def openai_es(
     )
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> OpenAIESState:
-    del key
+def _init(settings: _Settings, template: Genotype) -> OpenAIESState:
     vectors.spread("sigma", settings.sigma, template)  # to refuse what does not fit
     mean = vectors.flatten(template)
     return OpenAIESState(
@@ -85,25 +84,21 @@ def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> OpenAIE
     )
 
 
-def _ask(
-    settings: _Settings, key: PRNGKeyArray, state: OpenAIESState
-) -> tuple[Population, OpenAIESState]:
+def _ask(settings: _Settings, key: PRNGKeyArray, state: OpenAIESState) -> Float[Array, "pop dim"]:
     sigma = vectors.spread("sigma", settings.sigma, state.template)
     noise = vectors.mirrored_normals(key, settings.population_size, state.mean)
-    return vectors.unflatten_population(state.mean + sigma * noise, state.template), state
+    return state.mean + sigma * noise
 
 
 def _tell(
     settings: _Settings,
-    key: PRNGKeyArray,
-    population: Population,
+    genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: OpenAIESState,
 ) -> tuple[OpenAIESState, SearchMetrics]:
-    del key
     sigma = vectors.spread("sigma", settings.sigma, state.template)
     worth = centred_ranks(fitness).astype(state.mean.dtype)
-    steps = vectors.flatten_population(population) - state.mean
+    steps = genotypes - state.mean
     # The noise is what was evaluated, also where someone has changed it between ask and tell.
     gradient = worth @ steps / (settings.population_size * sigma**2)
     mean, optimizer_state = gradients.ascend(

@@ -86,6 +86,26 @@ def gaussian_mutation(individual: Individual, sigma: FloatTree, noise: FloatTree
     return individual._replace(genotype=remove_masked(moved, individual.mask))
 
 
+def uniform_mutation(
+    genotype: Float[Array, " dim"],
+    lower: Float[Array, " dim"],
+    upper: Float[Array, " dim"],
+    rate: float | Float[Array, ""],
+    draws: Float[Array, "2 dim"],
+) -> Float[Array, " dim"]:
+    """Returns the genotype with some weights drawn anew between their bounds.
+
+    Args:
+      genotype: to copy.
+      lower: bound.
+      upper: bound.
+      rate: probability for each weight.
+      draws: uniform in [0, 1): which weights, and their values.
+    """
+    drawn = lower + (upper - lower) * draws[1].astype(genotype.dtype)
+    return jnp.where(draws[0] < rate, drawn, genotype)
+
+
 def remove_masked(genotype: Genotype, mask: Mask) -> Genotype:
     """Returns the genotype with 0 where the mask is False, whatever stood there, NaN too."""
     return jax.tree.map(lambda w, m: jnp.where(m, w, jnp.zeros_like(w)), genotype, mask)

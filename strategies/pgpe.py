@@ -14,7 +14,7 @@ import optax
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, gradients, vectors
-from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.base import Genotype, ScalarLike, Strategy, Tree
 from mjxwalk.strategies.gradients import Optimizer
 from mjxwalk.strategies.metrics import SearchMetrics, measure_search
 from mjxwalk.strategies.ranks import centred_ranks
@@ -86,7 +86,7 @@ def pgpe(
         sigma_learning_rate,
         largest_change,
     )
-    return Strategy(
+    return vectors.over_vectors(
         population_size=population_size,
         init=functools.partial(_init, settings),
         ask=functools.partial(_ask, settings),
@@ -94,8 +94,7 @@ def pgpe(
     )
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> PGPEState:
-    del key
+def _init(settings: _Settings, template: Genotype) -> PGPEState:
     mean = vectors.flatten(template)
     return PGPEState(
         mean=mean,
@@ -106,24 +105,20 @@ def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> PGPESta
     )
 
 
-def _ask(settings: _Settings, key: PRNGKeyArray, state: PGPEState) -> tuple[Population, PGPEState]:
+def _ask(settings: _Settings, key: PRNGKeyArray, state: PGPEState) -> Float[Array, "pop dim"]:
     noise = vectors.mirrored_normals(key, settings.population_size, state.mean)
-    genotypes = state.mean + state.sigma * noise
-    return vectors.unflatten_population(genotypes, state.template), state
+    return state.mean + state.sigma * noise
 
 
 def _tell(
     settings: _Settings,
-    key: PRNGKeyArray,
-    population: Population,
+    genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: PGPEState,
 ) -> tuple[PGPEState, SearchMetrics]:
-    del key
     num_pairs = settings.population_size // 2
     worth = centred_ranks(fitness).astype(state.mean.dtype)
     plus, minus = worth[:num_pairs], worth[num_pairs:]
-    genotypes = vectors.flatten_population(population)
     steps = (genotypes[:num_pairs] - genotypes[num_pairs:]) / 2
     # Both gradients times sigma squared, and so in units of the weights, as the paper takes them;
     # ranks are centred, so that the paper's baseline is 0.

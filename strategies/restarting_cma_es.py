@@ -12,6 +12,7 @@ powers of two, is ours. `search_ends` tells when a search is over, `starts` what
 """
 
 import functools
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -20,12 +21,12 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, draws, prefixes, starts, vectors
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.cma_es import CMAESState, cma_es
 from mjxwalk.strategies.cma_es import advance as advance_full
+from mjxwalk.strategies.cma_es import cma_es
 from mjxwalk.strategies.evolution_paths import Rates, rates_of_start
 from mjxwalk.strategies.metrics import FitnessSummary, measure_search
 from mjxwalk.strategies.operators import best_first
-from mjxwalk.strategies.search_ends import Search, deviations, has_ended, history_length
+from mjxwalk.strategies.search_ends import has_ended, history_length
 from mjxwalk.strategies.sep_cma_es import advance as advance_separable
 from mjxwalk.strategies.sep_cma_es import sep_cma_es
 from mjxwalk.strategies.starts import Budget
@@ -75,6 +76,7 @@ class _Settings(NamedTuple):
     """Checked arguments of `ipop_cma_es` and `bipop_cma_es`."""
 
     search: Strategy[Any, Any]
+    advance: Callable[[Any, Float[Array, "pop dim"], Rates], Any]
     start_sigma: Tree
     separable: bool
     max_doublings: int
@@ -146,9 +148,9 @@ def _restarting(
     checks.check_count("max_doublings", max_doublings, minimum=0)
     start_sigma = sigma if start_sigma is None else start_sigma
     checks.check_numbers("start_sigma", start_sigma, minimum=0.0)
-    make = sep_cma_es if separable else cma_es
+    make, advance = (sep_cma_es, advance_separable) if separable else (cma_es, advance_full)
     search = make(population_size=population_size, sigma=sigma)
-    settings = _Settings(search, start_sigma, separable, max_doublings, has_small)
+    settings = _Settings(search, advance, start_sigma, separable, max_doublings, has_small)
     return Strategy(
         population_size=population_size,
         init=functools.partial(_init, settings),
@@ -189,7 +191,7 @@ def _tell(
 ) -> tuple[RestartingState, RestartingMetrics]:
     size = settings.search.population_size
     metrics = RestartingMetrics(
-        *measure_search(fitness, deviations(state.inner)),
+        *measure_search(fitness, state.inner.deviations()),
         generation_size=size << state.budget.doublings,
         num_restarts=state.budget.num_restarts,
     )
@@ -228,16 +230,10 @@ def _advance(settings: _Settings, state: RestartingState) -> RestartingState:
     )
     best = jnp.max(jnp.where(jnp.isnan(fitness), -jnp.inf, fitness))
     return state._replace(
-        inner=_advance_search(inner, genotypes, rates),
+        inner=settings.advance(inner, genotypes, rates),
         num_told=jnp.zeros_like(state.num_told),
         history=jnp.concatenate([state.history[1:], best[None]]),
     )
-
-
-def _advance_search(state: Search, ordered: Float[Array, "capacity dim"], rates: Rates) -> Search:
-    if isinstance(state, CMAESState):
-        return advance_full(state, ordered, rates)
-    return advance_separable(state, ordered, rates)
 
 
 def _has_ended(settings: _Settings, state: RestartingState) -> Bool[Array, ""]:

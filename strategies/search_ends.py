@@ -11,9 +11,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from mjxwalk.strategies.base import ScalarLike
 from mjxwalk.strategies.cma_es import CMAESState
-from mjxwalk.strategies.cma_es import deviations as full_deviations
 from mjxwalk.strategies.sep_cma_es import SepCMAESState
-from mjxwalk.strategies.sep_cma_es import deviations as separate_deviations
 
 # All from pycma 4.5.
 FLAT = 1e-12  # tolfunhist
@@ -23,13 +21,6 @@ NO_EFFECT_AXIS = 0.1  # standard deviations
 CONDITION = 1e14  # tolconditioncov
 
 Search = CMAESState | SepCMAESState
-
-
-def deviations(state: Search) -> Float[Array, " dim"]:
-    """Returns the standard deviation of each weight."""
-    if isinstance(state, CMAESState):
-        return full_deviations(state)
-    return separate_deviations(state)
 
 
 def history_length(population_size: int, num_weights: int) -> int:
@@ -70,7 +61,7 @@ def _is_flat(
 
 def _cannot_move(state: Search) -> Bool[Array, ""]:
     """Returns whether a step is lost in the mean's last digit, or the axes differ too much."""
-    one = deviations(state)
+    one = state.deviations()
     lost = jnp.any(state.mean + NO_EFFECT_COORDINATE * one == state.mean)
     if isinstance(state, SepCMAESState):
         return lost | (jnp.max(state.lengths) > CONDITION**0.5 * jnp.min(state.lengths))
@@ -84,7 +75,7 @@ def _is_small(state: Search, initial_sigma: ScalarLike) -> Bool[Array, ""]:
     """Returns whether all standard deviations, and the path, are far below the first step size."""
     limit = SMALL * initial_sigma
     path = state.sigma * jnp.abs(state.paths.covariance)
-    return jnp.all(jnp.maximum(deviations(state), path) < limit)
+    return jnp.all(jnp.maximum(state.deviations(), path) < limit)
 
 
 def _norm(matrix: Float[Array, "dim dim"]) -> Float[Array, ""]:

@@ -7,17 +7,16 @@ evosax 0.3 leaves that factor out, which is slower where weights differ in scale
 populations a little more robust where there are many local minima.
 """
 
-import functools
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int
 
-from mjxwalk.strategies import checks, vectors
-from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.evolution_paths import Paths, Rates, advance_paths, cma_rates
-from mjxwalk.strategies.metrics import SearchMetrics, measure_search
-from mjxwalk.strategies.operators import truncation_selection
+from mjxwalk.strategies import vectors
+from mjxwalk.strategies.base import Genotype, Strategy, Tree
+from mjxwalk.strategies.covariance_adaptation import cma_strategy
+from mjxwalk.strategies.evolution_paths import Paths, Rates, advance_paths
+from mjxwalk.strategies.metrics import SearchMetrics
 
 
 class SepCMAESState(NamedTuple):
@@ -39,12 +38,13 @@ class SepCMAESState(NamedTuple):
     template: Genotype
     generation: Int[Array, ""]
 
+    def deviations(self) -> Float[Array, " dim"]:
+        """Returns the standard deviation of each weight."""
+        return self.sigma * self.lengths
 
-class _Settings(NamedTuple):
-    """Checked arguments of `sep_cma_es`."""
-
-    population_size: int
-    sigma: Tree
+    def draw(self, noise: Float[Array, "pop dim"]) -> Float[Array, "pop dim"]:
+        """Returns the genotypes that standard normal numbers stand for."""
+        return self.mean + self.sigma * self.lengths * noise
 
 
 def sep_cma_es(*, population_size: int, sigma: Tree) -> Strategy[SepCMAESState, SearchMetrics]:
@@ -60,71 +60,29 @@ def sep_cma_es(*, population_size: int, sigma: Tree) -> Strategy[SepCMAESState, 
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    checks.check_count("population_size", population_size, minimum=2)
-    checks.check_numbers("sigma", sigma, above=0.0)
-    settings = _Settings(population_size, sigma)
-    return Strategy(
-        population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=functools.partial(_ask, settings),
-        tell=functools.partial(_tell, settings),
+    return cma_strategy(
+        _start, advance, population_size=population_size, sigma=sigma, separable=True
     )
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> SepCMAESState:
-    del key
+def _start(
+    template: Genotype, sigma: Float[Array, ""], deviations: Float[Array, " dim"]
+) -> SepCMAESState:
     mean = vectors.flatten(template)
-    scales = vectors.spread("sigma", settings.sigma, template)
-    sigma = jnp.exp(jnp.mean(jnp.log(scales)))
     return SepCMAESState(
         mean=mean,
         sigma=sigma,
-        lengths=scales / sigma,
+        lengths=deviations / sigma,
         paths=Paths(jnp.zeros_like(mean), jnp.zeros_like(mean)),
         template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
 
-def _ask(
-    settings: _Settings, key: PRNGKeyArray, state: SepCMAESState
-) -> tuple[Population, SepCMAESState]:
-    noise = vectors.standard_normals(key, settings.population_size, state.mean)
-    genotypes = state.mean + state.sigma * state.lengths * noise
-    return vectors.unflatten_population(genotypes, state.template), state
-
-
-def _tell(
-    settings: _Settings,
-    key: PRNGKeyArray,
-    population: Population,
-    fitness: Float[Array, " pop"],
-    state: SepCMAESState,
-) -> tuple[SepCMAESState, SearchMetrics]:
-    del key
-    rates = cma_rates(settings.population_size, state.mean.size, separable=True)
-    parents = truncation_selection(fitness, rates.num_parents)
-    new_state = advance(state, vectors.flatten_population(population)[parents], rates)
-    return new_state, measure_search(fitness, deviations(state))
-
-
-def deviations(state: SepCMAESState) -> Float[Array, " dim"]:
-    """Returns the standard deviation of each weight."""
-    return state.sigma * state.lengths
-
-
-def advance(
-    state: SepCMAESState, parents: Float[Array, "parents dim"], rates: Rates
-) -> SepCMAESState:
-    """Returns the state after a generation.
-
-    Args:
-      state: that it was drawn from.
-      parents: its best genotypes, best first, as many as may have a weight above 0.
-      rates: constants.
-    """
+def advance(state: SepCMAESState, ordered: Float[Array, "pop dim"], rates: Rates) -> SepCMAESState:
+    """Returns the state after a generation, of which all genotypes are given, best first."""
     weights = jnp.maximum(jnp.asarray(rates.weights[: rates.num_parents], state.mean.dtype), 0)
-    steps = (parents - state.mean) / state.sigma
+    steps = (ordered[: rates.num_parents] - state.mean) / state.sigma
     step = weights @ steps
     paths, regained, growth = advance_paths(
         state.paths, step, step / state.lengths, state.generation, rates

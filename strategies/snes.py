@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, vectors
-from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.base import Genotype, ScalarLike, Strategy, Tree
 from mjxwalk.strategies.metrics import SearchMetrics, measure_search
 from mjxwalk.strategies.ranks import nes_utilities
 
@@ -69,7 +69,7 @@ def snes(
     if sigma_learning_rate is not None:
         checks.check_numbers("sigma_learning_rate", sigma_learning_rate, minimum=0.0)
     settings = _Settings(population_size, sigma, mean_learning_rate, sigma_learning_rate)
-    return Strategy(
+    return vectors.over_vectors(
         population_size=population_size,
         init=functools.partial(_init, settings),
         ask=functools.partial(_ask, settings),
@@ -82,8 +82,7 @@ def default_sigma_learning_rate(num_weights: int) -> float:
     return (3 + math.log(num_weights)) / (5 * math.sqrt(num_weights))
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> SNESState:
-    del key
+def _init(settings: _Settings, template: Genotype) -> SNESState:
     return SNESState(
         mean=vectors.flatten(template),
         sigma=vectors.spread("sigma", settings.sigma, template),
@@ -92,22 +91,19 @@ def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> SNESSta
     )
 
 
-def _ask(settings: _Settings, key: PRNGKeyArray, state: SNESState) -> tuple[Population, SNESState]:
+def _ask(settings: _Settings, key: PRNGKeyArray, state: SNESState) -> Float[Array, "pop dim"]:
     noise = vectors.standard_normals(key, settings.population_size, state.mean)
-    genotypes = state.mean + state.sigma * noise
-    return vectors.unflatten_population(genotypes, state.template), state
+    return state.mean + state.sigma * noise
 
 
 def _tell(
     settings: _Settings,
-    key: PRNGKeyArray,
-    population: Population,
+    genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: SNESState,
 ) -> tuple[SNESState, SearchMetrics]:
-    del key
     utilities = nes_utilities(fitness).astype(state.mean.dtype)
-    noise = (vectors.flatten_population(population) - state.mean) / state.sigma
+    noise = (genotypes - state.mean) / state.sigma
     sigma_learning_rate = settings.sigma_learning_rate
     if sigma_learning_rate is None:
         sigma_learning_rate = default_sigma_learning_rate(state.mean.size)

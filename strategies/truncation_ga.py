@@ -13,12 +13,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.strategies import checks, draws, generations, vectors
-from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
-from mjxwalk.strategies.generations import GAState
-from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
-from mjxwalk.strategies.operators import best_first
-from mjxwalk.strategies.two_point_ga import check_bounds, uniform_mutation
+from mjxwalk.strategies import checks, draws
+from mjxwalk.strategies.base import Genotype, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.bounds import check_bounds, draw_between, spread_bounds
+from mjxwalk.strategies.generations import GAState, over_generations
+from mjxwalk.strategies.metrics import FitnessMetrics
+from mjxwalk.strategies.operators import uniform_mutation
 
 SUBSTITUTIONS = 1.0  # a genotype, on average; Reil & Massey (2001)
 
@@ -54,31 +54,25 @@ def truncation_ga(
     checks.check_numbers("substitutions", substitutions, minimum=0.0)
     check_bounds(lower, upper)
     settings = _Settings(population_size, lower, upper, substitutions)
-    return Strategy(
+    return over_generations(
         population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=generations.ask,
-        tell=functools.partial(_tell, settings),
+        first=functools.partial(_first, settings),
+        breed=functools.partial(_breed, settings),
     )
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> GAState:
-    lower, upper = _bounds(settings, template)
-    (words,) = draws.draw_words(key, settings.population_size, [lower.size])
-    genotypes = lower + (upper - lower) * draws.uniforms(words).astype(lower.dtype)
-    return generations.begin(vectors.unflatten_population(genotypes, template), template)
+def _first(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> Float[Array, "pop dim"]:
+    lower, upper = spread_bounds(settings.lower, settings.upper, template)
+    return draw_between(key, settings.population_size, lower, upper)
 
 
-def _tell(
+def _breed(
     settings: _Settings,
     key: PRNGKeyArray,
-    population: Population,
-    fitness: Float[Array, " pop"],
-    state: GAState,
-) -> tuple[GAState, FitnessMetrics]:
-    lower, upper = _bounds(settings, state.best_genotype)
-    order = best_first(fitness)
-    genotypes = vectors.flatten_population(population)[order]
+    genotypes: Float[Array, "pop dim"],
+    template: Genotype,
+) -> Float[Array, "pop dim"]:
+    lower, upper = spread_bounds(settings.lower, settings.upper, template)
     num_copies = settings.population_size // 2
     which, values = draws.draw_words(key, num_copies, [lower.size, lower.size])
     uniform = jnp.stack([draws.uniforms(which), draws.uniforms(values)], axis=1)
@@ -86,19 +80,4 @@ def _tell(
     mutate = jax.vmap(uniform_mutation, in_axes=(0, None, None, None, 0))
     copies = mutate(genotypes[:num_copies], lower, upper, rate, uniform)
     kept = genotypes[: settings.population_size - num_copies]
-    new_state = generations.advance(
-        state,
-        vectors.unflatten_population(jnp.concatenate([kept, copies]), state.best_genotype),
-        vectors.unflatten(genotypes[0], state.best_genotype),
-        fitness[order[0]],
-    )
-    return new_state, FitnessMetrics(summarise_fitness(fitness))
-
-
-def _bounds(
-    settings: _Settings, template: Genotype
-) -> tuple[Float[Array, " dim"], Float[Array, " dim"]]:
-    return (
-        vectors.spread("lower", settings.lower, template),
-        vectors.spread("upper", settings.upper, template),
-    )
+    return jnp.concatenate([kept, copies])

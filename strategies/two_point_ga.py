@@ -21,13 +21,14 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from mjxwalk.strategies import checks, draws, generations, operators, prefixes
-from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.generations import GAState
-from mjxwalk.strategies.metrics import FitnessMetrics, summarise_fitness
+from mjxwalk.strategies import checks, draws, vectors
+from mjxwalk.strategies.base import Genotype, Strategy, Tree
+from mjxwalk.strategies.bounds import check_bounds, draw_between, spread_bounds
+from mjxwalk.strategies.generations import GAState, over_generations
+from mjxwalk.strategies.metrics import FitnessMetrics
+from mjxwalk.strategies.operators import uniform_mutation
 
 NUM_ELITES = 2  # section 4.3.3, step 4a
 CROSSOVER_FRACTION = 0.99  # section 4.3.3, step 4b; its table has 0.999
@@ -99,38 +100,11 @@ def two_point_ga(
         mutation_rate=float(mutation_rate),
         keep_template=keep_template,
     )
-    return Strategy(
+    return over_generations(
         population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=generations.ask,
-        tell=functools.partial(_tell, settings),
+        first=functools.partial(_first, settings),
+        breed=functools.partial(_breed, settings),
     )
-
-
-def check_bounds(lower: Tree, upper: Tree) -> None:
-    """Checks two settings that are bounds; what lies between them shows with the template.
-
-    Raises:
-      ValueError: a bound is not finite, or single bounds leave nothing between them.
-    """
-    checks.check_numbers("lower", lower)
-    checks.check_numbers("upper", upper)
-    if isinstance(lower, float | int) and isinstance(upper, float | int) and not lower < upper:
-        raise ValueError(f"upper must be above lower ({lower}), got {upper}")
-
-
-def flat_bounds(
-    lower: Tree, upper: Tree, template: Genotype
-) -> tuple[Float[Array, " dim"], Float[Array, " dim"]]:
-    """Returns the bounds of each weight of a template that is one vector.
-
-    Raises:
-      ValueError: a bound's structure or shape does not fit the template.
-    """
-    bounds = [
-        prefixes.match_template(n, b, template) for n, b in (("lower", lower), ("upper", upper))
-    ]
-    return ravel_pytree(bounds[0])[0], ravel_pytree(bounds[1])[0]
 
 
 def expected_parents(population_size: int, num_parents: int) -> Float[np.ndarray, " pop"]:
@@ -183,63 +157,31 @@ def two_point_crossover(
     return jnp.where((place >= points[0]) & (place < points[1]), second, first)
 
 
-def uniform_mutation(
-    genotype: Float[Array, " dim"],
-    lower: Float[Array, " dim"],
-    upper: Float[Array, " dim"],
-    rate: float | Float[Array, ""],
-    draws: Float[Array, "2 dim"],
-) -> Float[Array, " dim"]:
-    """Returns the genotype with some weights drawn anew between their bounds.
-
-    Args:
-      genotype: to copy.
-      lower: bound.
-      upper: bound.
-      rate: probability for each weight.
-      draws: uniform in [0, 1): which weights, and their values.
-    """
-    drawn = lower + (upper - lower) * draws[1].astype(genotype.dtype)
-    return jnp.where(draws[0] < rate, drawn, genotype)
+def _bounds(
+    settings: _Settings, template: Genotype
+) -> tuple[Float[Array, " dim"], Float[Array, " dim"]]:
+    """Returns the bounds of each weight in the template's own precision, which breeding has too."""
+    dtype = jnp.result_type(*jax.tree.leaves(template))
+    lower, upper = spread_bounds(settings.lower, settings.upper, template)
+    return lower.astype(dtype), upper.astype(dtype)
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> GAState:
-    lower, upper = flat_bounds(settings.lower, settings.upper, template)
-    flat, unflatten = ravel_pytree(template)
-    [words] = draws.draw_words(key, settings.population_size, [flat.size])
-    flats = lower + (upper - lower) * draws.uniforms(words).astype(flat.dtype)
+def _first(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> Float[Array, "pop dim"]:
+    drawn = draw_between(key, settings.population_size, *_bounds(settings, template))
     if settings.keep_template:
-        flats = flats.at[0].set(flat)
-    return generations.begin(jax.vmap(unflatten)(flats), template)
-
-
-def _tell(
-    settings: _Settings,
-    key: PRNGKeyArray,
-    population: Population,
-    fitness: Float[Array, " pop"],
-    state: GAState,
-) -> tuple[GAState, FitnessMetrics]:
-    _, unflatten = ravel_pytree(state.best_genotype)
-    flats = jax.vmap(lambda tree: ravel_pytree(tree)[0])(population)
-    order = operators.best_first(fitness)
-    flats = flats[order]
-    offspring = _breed(settings, key, flats, state.best_genotype)
-    new_state = generations.advance(
-        state,
-        jax.vmap(unflatten)(jnp.concatenate([flats[: settings.num_elites], offspring])),
-        unflatten(flats[0]),
-        fitness[order[0]],
-    )
-    return new_state, FitnessMetrics(summarise_fitness(fitness))
+        drawn = drawn.at[0].set(vectors.flatten(template).astype(drawn.dtype))
+    return drawn
 
 
 def _breed(
-    settings: _Settings, key: PRNGKeyArray, flats: Float[Array, "pop dim"], template: Genotype
-) -> Float[Array, "offspring dim"]:
-    """Returns the offspring of genotypes that stand in order, best first."""
-    lower, upper = flat_bounds(settings.lower, settings.upper, template)
-    size, num_crossed, num_mutated = flats.shape[1], settings.num_crossed, settings.num_mutated
+    settings: _Settings,
+    key: PRNGKeyArray,
+    genotypes: Float[Array, "pop dim"],
+    template: Genotype,
+) -> Float[Array, "pop dim"]:
+    lower, upper = _bounds(settings, template)
+    genotypes = genotypes.astype(lower.dtype)
+    size, num_crossed, num_mutated = lower.size, settings.num_crossed, settings.num_mutated
     num_parents = settings.num_parents
     parts = draws.draw_words(
         key, 1, [num_parents, num_parents, 2 * num_crossed, 2 * num_mutated * size]
@@ -247,7 +189,7 @@ def _breed(
     choosing, shuffling, cutting, mutating = (draws.uniforms(part[0]) for part in parts)
     expected = expected_parents(settings.population_size, num_parents)
     places = stochastic_remainder(expected, choosing)[jnp.argsort(shuffling)]
-    parents = flats[places]
+    parents = genotypes[places]
     crossed = jax.vmap(two_point_crossover)(
         parents[:num_crossed],
         parents[num_crossed : 2 * num_crossed],
@@ -260,4 +202,4 @@ def _breed(
         settings.mutation_rate,
         mutating.reshape(num_mutated, 2, size),
     )
-    return jnp.concatenate([crossed, mutated])
+    return jnp.concatenate([genotypes[: settings.num_elites], crossed, mutated])

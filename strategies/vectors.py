@@ -4,16 +4,72 @@ The search runs on one vector a genotype, in float32 or better whatever the temp
 that small steps of a bfloat16 population add up. Only what is handed out has the template's shapes.
 """
 
+from collections.abc import Callable
+from typing import Protocol, TypeVar, runtime_checkable
+
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk.strategies import draws, prefixes
-from mjxwalk.strategies.base import Genotype, Population, Tree
+from mjxwalk.strategies.base import Genotype, MetricsT, Population, Strategy, Tree
 
 # ours: with these the squares of all step sizes are normal numbers in float32.
 SMALLEST_SIGMA = 1e-18
 LARGEST_SIGMA = 1e18
+
+
+@runtime_checkable
+class VectorState(Protocol):
+    """A state that keeps the shapes of the genotypes that its vectors stand for."""
+
+    @property
+    def template(self) -> Genotype:
+        """Genotype that the search started from."""
+        ...
+
+
+VectorStateT = TypeVar("VectorStateT", bound=VectorState)
+
+
+def over_vectors(
+    *,
+    population_size: int,
+    init: Callable[[Genotype], VectorStateT],
+    ask: Callable[[PRNGKeyArray, VectorStateT], Float[Array, "pop dim"]],
+    tell: Callable[
+        [Float[Array, "pop dim"], Float[Array, " pop"], VectorStateT],
+        tuple[VectorStateT, MetricsT],
+    ],
+) -> Strategy[VectorStateT, MetricsT]:
+    """Returns a strategy over pytrees from a search that knows genotypes as vectors.
+
+    All chance is in `ask`: the same genotypes and fitness lead to the same state.
+
+    Args:
+      population_size: genotypes in a generation.
+      init: makes the first state from a template, whose vector `flatten` gives.
+      ask: draws the genotypes to evaluate; uses up its key.
+      tell: makes the next state, and metrics, from genotypes, fitness and state.
+    """
+
+    def init_tree(key: PRNGKeyArray, template: Genotype) -> VectorStateT:
+        del key
+        return init(template)
+
+    def ask_tree(key: PRNGKeyArray, state: VectorStateT) -> tuple[Population, VectorStateT]:
+        return unflatten_population(ask(key, state), state.template), state
+
+    def tell_tree(
+        key: PRNGKeyArray,
+        population: Population,
+        fitness: Float[Array, " pop"],
+        state: VectorStateT,
+    ) -> tuple[VectorStateT, MetricsT]:
+        del key
+        return tell(flatten_population(population), fitness, state)
+
+    return Strategy(population_size=population_size, init=init_tree, ask=ask_tree, tell=tell_tree)
 
 
 def flatten(genotype: Genotype) -> Float[Array, " dim"]:

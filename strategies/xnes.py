@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, vectors
-from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy, Tree
+from mjxwalk.strategies.base import Genotype, ScalarLike, Strategy, Tree
 from mjxwalk.strategies.metrics import SearchMetrics, measure_search
 from mjxwalk.strategies.ranks import nes_utilities
 from mjxwalk.strategies.snes import default_sigma_learning_rate
@@ -81,7 +81,7 @@ def xnes(
     settings = _Settings(
         population_size, sigma, mean_learning_rate, sigma_learning_rate, axes_learning_rate
     )
-    return Strategy(
+    return vectors.over_vectors(
         population_size=population_size,
         init=functools.partial(_init, settings),
         ask=functools.partial(_ask, settings),
@@ -108,8 +108,7 @@ def symmetric_exponential(matrix: Float[Array, "dim dim"]) -> Float[Array, "dim 
     return (basis * jnp.exp(values)) @ basis.T
 
 
-def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> XNESState:
-    del key
+def _init(settings: _Settings, template: Genotype) -> XNESState:
     scales = vectors.spread("sigma", settings.sigma, template)
     sigma = jnp.exp(jnp.mean(jnp.log(scales)))
     return XNESState(
@@ -121,26 +120,23 @@ def _init(settings: _Settings, key: PRNGKeyArray, template: Genotype) -> XNESSta
     )
 
 
-def _ask(settings: _Settings, key: PRNGKeyArray, state: XNESState) -> tuple[Population, XNESState]:
+def _ask(settings: _Settings, key: PRNGKeyArray, state: XNESState) -> Float[Array, "pop dim"]:
     noise = vectors.standard_normals(key, settings.population_size, state.mean)
-    genotypes = state.mean + state.sigma * (noise @ state.axes.T)
-    return vectors.unflatten_population(genotypes, state.template), state
+    return state.mean + state.sigma * (noise @ state.axes.T)
 
 
 def _tell(
     settings: _Settings,
-    key: PRNGKeyArray,
-    population: Population,
+    genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: XNESState,
 ) -> tuple[XNESState, SearchMetrics]:
-    del key
     size = state.mean.size
     rates = (settings.sigma_learning_rate, settings.axes_learning_rate)
     usual = default_learning_rate(size, settings.population_size)
     for_sigma, for_axes = (usual if rate is None else rate for rate in rates)
     utilities = nes_utilities(fitness).astype(state.mean.dtype)
-    steps = (vectors.flatten_population(population) - state.mean) / state.sigma
+    steps = (genotypes - state.mean) / state.sigma
 
     # The paper sums over the noise z = inverse(B) steps; to sum over the steps and invert the sum
     # is the same, at a price that does not grow with the population.

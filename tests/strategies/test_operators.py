@@ -132,3 +132,11 @@ def test_one_boolean_chooses_a_whole_tree():
     )
     np.testing.assert_array_equal(pick(jnp.array(True))[0], [1, 1])
     np.testing.assert_array_equal(pick(jnp.array(False))[0], [0, 0])
+
+
+def test_mutation_draws_some_weights_anew_between_their_bounds():
+    """By hand: the first and third draw are below the rate."""
+    draws = jnp.array([[0.05, 0.5, 0.0], [0.5, 0.5, 0.25]])
+    lower, upper = jnp.array([-1.0, 0.0, 2.0]), jnp.array([1.0, 1.0, 6.0])
+    mutated = operators.uniform_mutation(jnp.full(3, 9.0), lower, upper, 0.1, draws)
+    np.testing.assert_allclose(mutated, [0.0, 9.0, 3.0])

@@ -13,7 +13,6 @@ from mjxwalk.strategies.two_point_ga import (
     expected_parents,
     stochastic_remainder,
     two_point_crossover,
-    uniform_mutation,
 )
 
 TEMPLATE = jnp.zeros(12)
@@ -64,14 +63,6 @@ def test_what_lies_between_two_points_is_from_the_second_parent(
 def test_a_single_weight_is_the_first_parents():
     child = two_point_crossover(jnp.zeros(1), jnp.ones(1), jnp.array([0.3, 0.9]))
     np.testing.assert_array_equal(child, [0.0])
-
-
-def test_mutation_draws_some_weights_anew_between_their_bounds():
-    """By hand: the first and third draw are below the rate."""
-    draws = jnp.array([[0.05, 0.5, 0.0], [0.5, 0.5, 0.25]])
-    lower, upper = jnp.array([-1.0, 0.0, 2.0]), jnp.array([1.0, 1.0, 6.0])
-    mutated = uniform_mutation(jnp.full(3, 9.0), lower, upper, 0.1, draws)
-    np.testing.assert_allclose(mutated, [0.0, 9.0, 3.0])
 
 
 @functools.cache

@@ -1,0 +1,81 @@
+"""What CMA-ES with a full and with a diagonal covariance matrix have in common.
+
+Hansen (2023), "The CMA evolution strategy: a tutorial", https://arxiv.org/abs/1604.00772 version 2,
+figure 6. The matrix is in the states of `cma_es` and `sep_cma_es`, which draw with it and learn it;
+`evolution_paths` has the constants and the paths.
+"""
+
+from collections.abc import Callable
+from typing import Protocol, TypeVar, runtime_checkable
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float, PRNGKeyArray
+
+from mjxwalk.strategies import checks, vectors
+from mjxwalk.strategies.base import Genotype, Strategy, Tree
+from mjxwalk.strategies.evolution_paths import Rates, cma_rates
+from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.operators import best_first
+
+
+@runtime_checkable
+class CMAState(vectors.VectorState, Protocol):
+    """State between generations."""
+
+    @property
+    def mean(self) -> Float[Array, " dim"]:
+        """What the population is drawn around."""
+        ...
+
+    def deviations(self) -> Float[Array, " dim"]:
+        """Returns the standard deviation of each weight."""
+        ...
+
+    def draw(self, noise: Float[Array, "pop dim"]) -> Float[Array, "pop dim"]:
+        """Returns the genotypes that standard normal numbers stand for."""
+        ...
+
+
+CMAStateT = TypeVar("CMAStateT", bound=CMAState)
+
+
+def cma_strategy(
+    start: Callable[[Genotype, Float[Array, ""], Float[Array, " dim"]], CMAStateT],
+    advance: Callable[[CMAStateT, Float[Array, "pop dim"], Rates], CMAStateT],
+    *,
+    population_size: int,
+    sigma: Tree,
+    separable: bool,
+) -> Strategy[CMAStateT, SearchMetrics]:
+    """Returns CMA-ES with the covariance matrix that a state has.
+
+    Args:
+      start: makes the first state from a template, the step size and each weight's standard
+        deviation.
+      advance: makes the state after a generation, whose genotypes are given best first.
+      population_size: see `cma_es`.
+      sigma: see `cma_es`.
+      separable: whether the covariance matrix is diagonal.
+
+    Raises:
+      ValueError: a setting is out of its range, or, from `init`, does not fit the template.
+    """
+    checks.check_count("population_size", population_size, minimum=2)
+    checks.check_numbers("sigma", sigma, above=0.0)
+
+    def init(template: Genotype) -> CMAStateT:
+        deviations = vectors.spread("sigma", sigma, template)
+        step_size = jnp.exp(jnp.mean(jnp.log(deviations)))
+        return start(template, step_size, deviations)
+
+    def ask(key: PRNGKeyArray, state: CMAStateT) -> Float[Array, "pop dim"]:
+        return state.draw(vectors.standard_normals(key, population_size, state.mean))
+
+    def tell(
+        genotypes: Float[Array, "pop dim"], fitness: Float[Array, " pop"], state: CMAStateT
+    ) -> tuple[CMAStateT, SearchMetrics]:
+        rates = cma_rates(population_size, state.mean.size, separable=separable)
+        advanced = advance(state, genotypes[best_first(fitness)], rates)
+        return advanced, measure_search(fitness, state.deviations())
+
+    return vectors.over_vectors(population_size=population_size, init=init, ask=ask, tell=tell)
