@@ -7,6 +7,7 @@ https://arxiv.org/abs/1804.03906, equation 1.
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
@@ -16,7 +17,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, draws, edge, vectors
-from mjxwalk.strategies.base import Genotype, Population, ScalarLike, Strategy
+from mjxwalk.strategies.base import Ask, Genotype, Init, Population, ScalarLike
 from mjxwalk.strategies.metrics import FitnessSummary, summarise_fitness
 
 ISO_SIGMA = 0.01  # Vassiliades & Mouret (2018), section 4.2, sigma_1
@@ -79,13 +80,22 @@ class TellBehaviour(Protocol):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class MapElites(Strategy[MapElitesState, MapElitesMetrics]):
-    """MAP-Elites; `tell` sees no behaviour and refuses, `tell_behaviour` takes its place.
+class MapElites:
+    """Quality-diversity search: fills an archive with the fittest genotype of each behaviour.
+
+    It is no `Strategy`, as fitness alone tells it nothing: each genotype needs the description of
+    its behaviour too.
 
     Attributes:
-      tell_behaviour: as `tell`, with each genotype's behaviour.
+      population_size: genotypes evaluated at a time.
+      init: makes the empty archive.
+      ask: gives the population to evaluate.
+      tell_behaviour: puts a population into the archive, by fitness and behaviour.
     """
 
+    population_size: int
+    init: Init[MapElitesState]
+    ask: Ask[MapElitesState]
     tell_behaviour: TellBehaviour
 
 
@@ -177,19 +187,10 @@ def map_elites(
         )
         return new_state, metrics
 
-    def tell(
-        key: PRNGKeyArray,
-        population: Population,
-        fitness: Float[Array, " pop"],
-        state: MapElitesState,
-    ) -> tuple[MapElitesState, MapElitesMetrics]:
-        raise ValueError("map_elites needs each genotype's behaviour; call tell_behaviour")
-
     return MapElites(
         population_size=population_size,
-        init=init,
-        ask=ask,
-        tell=tell,
+        init=functools.partial(edge.init, init),
+        ask=functools.partial(edge.ask, ask),
         tell_behaviour=tell_behaviour,
     )
 

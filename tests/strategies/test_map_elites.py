@@ -74,7 +74,10 @@ def test_what_does_not_fit_is_refused():
         strategies.map_elites(
             population_size=4, initial_sigma=1.0, lower=(1.0,), upper=(0.5,), num_bins=(3,)
         )
-    strategy = _grid()
-    state = strategy.init(jax.random.key(0), jnp.zeros(1))
-    with pytest.raises(ValueError, match="tell_behaviour"):
-        strategy.tell(jax.random.key(0), jnp.zeros((4, 1)), jnp.zeros(4), state)
+    with pytest.raises(ValueError, match="template must be an array of floats"):
+        _grid().init(jax.random.key(0), np.zeros(1, int))
+
+
+def test_it_is_no_strategy_as_it_cannot_be_told_fitness_alone():
+    assert not isinstance(_grid(), strategies.Strategy)
+    assert not hasattr(_grid(), "tell")
