@@ -46,7 +46,7 @@ from mjxwalk.strategies.pruning import (
     has_declined,
     with_pruning,
 )
-from mjxwalk.strategies.registry import FACTORIES, carry_over, make
+from mjxwalk.strategies.registry import FACTORIES, carry_over, make, register
 from mjxwalk.strategies.restarting_cma_es import (
     RestartingMetrics,
     RestartingState,
@@ -64,6 +64,7 @@ from mjxwalk.strategies.sep_cma_es import SepCMAESState, sep_cma_es
 from mjxwalk.strategies.snes import SNESState, snes
 from mjxwalk.strategies.truncation_ga import truncation_ga
 from mjxwalk.strategies.two_point_ga import two_point_ga
+from mjxwalk.strategies.vectors import over_vectors
 from mjxwalk.strategies.xnes import XNESState, xnes
 
 __all__ = [
@@ -125,9 +126,11 @@ __all__ = [
     "observations",
     "openai_es",
     "operators",
+    "over_vectors",
     "pattern_search",
     "pgpe",
     "ranks",
+    "register",
     "self_adaptive_ga",
     "sep_cma_es",
     "snes",

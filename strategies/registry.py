@@ -23,25 +23,54 @@ from mjxwalk.strategies.truncation_ga import truncation_ga
 from mjxwalk.strategies.two_point_ga import two_point_ga
 from mjxwalk.strategies.xnes import xnes
 
-FACTORIES: Mapping[str, Callable[..., Strategy[Any, Any]]] = MappingProxyType(
-    {
-        "ars": ars,
-        "bipop-cma-es": bipop_cma_es,
-        "cma-es": cma_es,
-        "deep-ga": deep_ga,
-        "hybrid-ga": hybrid_ga,
-        "ipop-cma-es": ipop_cma_es,
-        "openai-es": openai_es,
-        "pattern-search": pattern_search,
-        "pgpe": pgpe,
-        "self-adaptive-ga": self_adaptive_ga,
-        "sep-cma-es": sep_cma_es,
-        "snes": snes,
-        "truncation-ga": truncation_ga,
-        "two-point-ga": two_point_ga,
-        "xnes": xnes,
-    }
-)
+Factory = Callable[..., Strategy[Any, Any]]
+
+_OWN: Mapping[str, Factory] = {
+    "ars": ars,
+    "bipop-cma-es": bipop_cma_es,
+    "cma-es": cma_es,
+    "deep-ga": deep_ga,
+    "hybrid-ga": hybrid_ga,
+    "ipop-cma-es": ipop_cma_es,
+    "openai-es": openai_es,
+    "pattern-search": pattern_search,
+    "pgpe": pgpe,
+    "self-adaptive-ga": self_adaptive_ga,
+    "sep-cma-es": sep_cma_es,
+    "snes": snes,
+    "truncation-ga": truncation_ga,
+    "two-point-ga": two_point_ga,
+    "xnes": xnes,
+}
+_BY_KEYWORD = {inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD}
+
+_factories = dict(_OWN)
+FACTORIES: Mapping[str, Factory] = MappingProxyType(_factories)
+
+
+def register(name: str, factory: Factory) -> None:
+    """Adds a strategy, so that experiments and the command line of this process know its name.
+
+    Registering a name again puts the new factory in place of the old, as when a file is read anew.
+
+    Args:
+      name: such as "hill-climber"; none of mjxwalk's own.
+      factory: makes the strategy; takes `population_size` and each of its hyper-parameters by
+        keyword. It may take `mask`, `groups` and `links`, see `make`.
+
+    Raises:
+      ValueError: the name is one of mjxwalk's own, or the factory has another signature.
+    """
+    if name in _OWN:
+        raise ValueError(f"there is a strategy {name!r} already; choose another name")
+    signature = inspect.signature(factory)
+    kinds = {parameter.kind for parameter in signature.parameters.values()}
+    if "population_size" not in signature.parameters or not kinds <= _BY_KEYWORD:
+        raise ValueError(
+            f"the factory of {name} must take population_size and each hyper-parameter by keyword, "
+            f"got {signature}"
+        )
+    _factories[name] = factory
 
 
 def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, Any]:
@@ -76,7 +105,9 @@ def make(name: str, *, population_size: int, **options: Any) -> Strategy[Any, An
     ]
     if missing:
         raise ValueError(f"{name} needs a value for {' and '.join(missing)}")
-    strategy = factory(population_size=population_size, **options)
+    strategy: Any = factory(population_size=population_size, **options)
+    if not isinstance(strategy, Strategy):
+        raise ValueError(f"the factory of {name} must make a Strategy, got {strategy!r}")
     return strategy if mask is None else with_mask(strategy, mask)
 
 
