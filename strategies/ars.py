@@ -10,11 +10,12 @@ import functools
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int
 
 from mjxwalk.strategies import checks, ranks, vectors
 from mjxwalk.strategies.base import Genotype, ScalarLike, Strategy, Tree
-from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.metrics import SearchMetrics
+from mjxwalk.strategies.normal_search import normal_search
 from mjxwalk.strategies.operators import truncation_selection
 
 LEARNING_RATE = 0.02  # the authors' own: step_size in code/ars.py of modestyachts/ARS
@@ -33,15 +34,6 @@ class ARSState(NamedTuple):
     mean: Float[Array, " dim"]
     template: Genotype
     generation: Int[Array, ""]
-
-
-class _Settings(NamedTuple):
-    """Checked arguments of `ars`, with what follows from them."""
-
-    population_size: int
-    num_used: int
-    sigma: Tree
-    learning_rate: ScalarLike
 
 
 def ars(
@@ -68,22 +60,19 @@ def ars(
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    checks.check_even("population_size", population_size)
-    checks.check_numbers("sigma", sigma, above=0.0)
     checks.check_numbers("learning_rate", learning_rate, above=0.0)
     checks.check_numbers("used_fraction", used_fraction, above=0.0, maximum=1.0)
-    num_used = max(1, round(used_fraction * (population_size // 2)))
-    settings = _Settings(population_size, num_used, sigma, learning_rate)
-    return vectors.over_vectors(
+    return normal_search(
         population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=functools.partial(_ask, settings),
-        tell=functools.partial(_tell, settings),
+        sigma=sigma,
+        init=_init,
+        tell=functools.partial(_tell, sigma, learning_rate, used_fraction),
+        mirrored=True,
     )
 
 
-def _init(settings: _Settings, template: Genotype) -> ARSState:
-    vectors.spread("sigma", settings.sigma, template)  # to refuse what does not fit
+def _init(template: Genotype, deviations: Float[Array, " dim"]) -> ARSState:
+    del deviations
     return ARSState(
         mean=vectors.flatten(template),
         template=template,
@@ -91,35 +80,27 @@ def _init(settings: _Settings, template: Genotype) -> ARSState:
     )
 
 
-def _ask(settings: _Settings, key: PRNGKeyArray, state: ARSState) -> Float[Array, "pop dim"]:
-    sigma = vectors.spread("sigma", settings.sigma, state.template)
-    noise = vectors.mirrored_normals(key, settings.population_size, state.mean)
-    return state.mean + sigma * noise
-
-
 def _tell(
-    settings: _Settings,
+    sigma: Tree,
+    learning_rate: ScalarLike,
+    used_fraction: float | int,
     genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: ARSState,
-) -> tuple[ARSState, SearchMetrics]:
-    sigma = vectors.spread("sigma", settings.sigma, state.template)
-    num_pairs = settings.population_size // 2
+) -> ARSState:
+    deviations = vectors.spread("sigma", sigma, state.template)
+    num_pairs = fitness.size // 2
+    num_used = max(1, round(used_fraction * num_pairs))
     reward = ranks.finite(fitness).astype(state.mean.dtype)
-    used = truncation_selection(
-        jnp.maximum(reward[:num_pairs], reward[num_pairs:]), settings.num_used
-    )
+    used = truncation_selection(jnp.maximum(reward[:num_pairs], reward[num_pairs:]), num_used)
     plus, minus = reward[used], reward[used + num_pairs]
-    directions = (genotypes[used] - genotypes[used + num_pairs]) / (2 * sigma)
+    directions = (genotypes[used] - genotypes[used + num_pairs]) / (2 * deviations)
     # Scaled first, so that no square of a difference leaves float32.
     middle = (jnp.mean(plus) + jnp.mean(minus)) / 2
     largest = jnp.max(jnp.abs(jnp.concatenate([plus, minus]) - middle))
     weights, deviation = _standardise(plus - middle, minus - middle, largest)
-    step = weights @ directions / (settings.num_used * deviation)
-    new_state = state._replace(
-        mean=state.mean + settings.learning_rate * step, generation=state.generation + 1
-    )
-    return new_state, measure_search(fitness, sigma)
+    step = weights @ directions / (num_used * deviation)
+    return state._replace(mean=state.mean + learning_rate * step, generation=state.generation + 1)
 
 
 def _standardise(

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, Int
 
 from mjxwalk.strategies import vectors
 from mjxwalk.strategies.base import Genotype, Strategy, Tree
-from mjxwalk.strategies.covariance_adaptation import cma_strategy
+from mjxwalk.strategies.covariance_adaptation import cma_search
 from mjxwalk.strategies.evolution_paths import Paths, Rates, advance_paths
 from mjxwalk.strategies.metrics import SearchMetrics
 
@@ -71,7 +71,7 @@ def cma_es(*, population_size: int, sigma: Tree) -> Strategy[CMAESState, SearchM
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    return cma_strategy(
+    return cma_search(
         _start, advance, population_size=population_size, sigma=sigma, separable=False
     )
 

@@ -9,23 +9,18 @@ from collections.abc import Callable
 from typing import Protocol, TypeVar, runtime_checkable
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float, PRNGKeyArray
+from jaxtyping import Array, Float
 
-from mjxwalk.strategies import checks, vectors
 from mjxwalk.strategies.base import Genotype, Strategy, Tree
 from mjxwalk.strategies.evolution_paths import Rates, cma_rates
-from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.metrics import SearchMetrics
+from mjxwalk.strategies.normal_search import NormalState, normal_search
 from mjxwalk.strategies.operators import best_first
 
 
 @runtime_checkable
-class CMAState(vectors.VectorState, Protocol):
-    """State between generations."""
-
-    @property
-    def mean(self) -> Float[Array, " dim"]:
-        """What the population is drawn around."""
-        ...
+class CMAState(NormalState, Protocol):
+    """A state that has a covariance matrix."""
 
     def deviations(self) -> Float[Array, " dim"]:
         """Returns the standard deviation of each weight."""
@@ -39,7 +34,7 @@ class CMAState(vectors.VectorState, Protocol):
 CMAStateT = TypeVar("CMAStateT", bound=CMAState)
 
 
-def cma_strategy(
+def cma_search(
     start: Callable[[Genotype, Float[Array, ""], Float[Array, " dim"]], CMAStateT],
     advance: Callable[[CMAStateT, Float[Array, "pop dim"], Rates], CMAStateT],
     *,
@@ -60,22 +55,21 @@ def cma_strategy(
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    checks.check_count("population_size", population_size, minimum=2)
-    checks.check_numbers("sigma", sigma, above=0.0)
 
-    def init(template: Genotype) -> CMAStateT:
-        deviations = vectors.spread("sigma", sigma, template)
-        step_size = jnp.exp(jnp.mean(jnp.log(deviations)))
-        return start(template, step_size, deviations)
-
-    def ask(key: PRNGKeyArray, state: CMAStateT) -> Float[Array, "pop dim"]:
-        return state.draw(vectors.standard_normals(key, population_size, state.mean))
+    def init(template: Genotype, deviations: Float[Array, " dim"]) -> CMAStateT:
+        return start(template, jnp.exp(jnp.mean(jnp.log(deviations))), deviations)
 
     def tell(
         genotypes: Float[Array, "pop dim"], fitness: Float[Array, " pop"], state: CMAStateT
-    ) -> tuple[CMAStateT, SearchMetrics]:
+    ) -> CMAStateT:
         rates = cma_rates(population_size, state.mean.size, separable=separable)
-        advanced = advance(state, genotypes[best_first(fitness)], rates)
-        return advanced, measure_search(fitness, state.deviations())
+        return advance(state, genotypes[best_first(fitness)], rates)
 
-    return vectors.over_vectors(population_size=population_size, init=init, ask=ask, tell=tell)
+    return normal_search(
+        population_size=population_size,
+        sigma=sigma,
+        init=init,
+        tell=tell,
+        deviations=lambda state: state.deviations(),
+        draw=lambda state, noise: state.draw(noise),
+    )

@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import optax
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int
 
-from mjxwalk.strategies import checks, gradients, vectors
+from mjxwalk.strategies import gradients, vectors
 from mjxwalk.strategies.base import Genotype, Strategy, Tree
 from mjxwalk.strategies.gradients import Optimizer
-from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.metrics import SearchMetrics
+from mjxwalk.strategies.normal_search import normal_search
 from mjxwalk.strategies.ranks import centred_ranks
 
 LEARNING_RATE = (
@@ -39,14 +40,6 @@ class OpenAIESState(NamedTuple):
     generation: Int[Array, ""]
 
 
-class _Settings(NamedTuple):
-    """Checked arguments of `openai_es`."""
-
-    population_size: int
-    sigma: Tree
-    optimizer: optax.GradientTransformation
-
-
 def openai_es(
     *, population_size: int, sigma: Tree, optimizer: Optimizer = LEARNING_RATE
 ) -> Strategy[OpenAIESState, SearchMetrics]:
@@ -62,49 +55,42 @@ def openai_es(
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    checks.check_even("population_size", population_size)
-    checks.check_numbers("sigma", sigma, above=0.0)
-    settings = _Settings(population_size, sigma, gradients.make_optimizer(optimizer))
-    return vectors.over_vectors(
+    optimizer = gradients.make_optimizer(optimizer)
+    return normal_search(
         population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=functools.partial(_ask, settings),
-        tell=functools.partial(_tell, settings),
+        sigma=sigma,
+        init=functools.partial(_init, optimizer),
+        tell=functools.partial(_tell, optimizer, sigma),
+        mirrored=True,
     )
 
 
-def _init(settings: _Settings, template: Genotype) -> OpenAIESState:
-    vectors.spread("sigma", settings.sigma, template)  # to refuse what does not fit
+def _init(
+    optimizer: optax.GradientTransformation, template: Genotype, deviations: Float[Array, " dim"]
+) -> OpenAIESState:
+    del deviations
     mean = vectors.flatten(template)
     return OpenAIESState(
         mean=mean,
-        optimizer_state=settings.optimizer.init(mean),
+        optimizer_state=optimizer.init(mean),
         template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
 
-def _ask(settings: _Settings, key: PRNGKeyArray, state: OpenAIESState) -> Float[Array, "pop dim"]:
-    sigma = vectors.spread("sigma", settings.sigma, state.template)
-    noise = vectors.mirrored_normals(key, settings.population_size, state.mean)
-    return state.mean + sigma * noise
-
-
 def _tell(
-    settings: _Settings,
+    optimizer: optax.GradientTransformation,
+    sigma: Tree,
     genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: OpenAIESState,
-) -> tuple[OpenAIESState, SearchMetrics]:
-    sigma = vectors.spread("sigma", settings.sigma, state.template)
+) -> OpenAIESState:
+    deviations = vectors.spread("sigma", sigma, state.template)
     worth = centred_ranks(fitness).astype(state.mean.dtype)
     steps = genotypes - state.mean
     # The noise is what was evaluated, also where someone has changed it between ask and tell.
-    gradient = worth @ steps / (settings.population_size * sigma**2)
-    mean, optimizer_state = gradients.ascend(
-        settings.optimizer, gradient, state.optimizer_state, state.mean
-    )
-    new_state = state._replace(
+    gradient = worth @ steps / (fitness.size * deviations**2)
+    mean, optimizer_state = gradients.ascend(optimizer, gradient, state.optimizer_state, state.mean)
+    return state._replace(
         mean=mean, optimizer_state=optimizer_state, generation=state.generation + 1
     )
-    return new_state, measure_search(fitness, sigma)

@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import optax
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int
 
 from mjxwalk.strategies import checks, gradients, vectors
 from mjxwalk.strategies.base import Genotype, ScalarLike, Strategy, Tree
 from mjxwalk.strategies.gradients import Optimizer
-from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.metrics import SearchMetrics
+from mjxwalk.strategies.normal_search import normal_search
 from mjxwalk.strategies.ranks import centred_ranks
 
 LEARNING_RATE = 0.01  # of Adam; ours, as for `openai_es`
@@ -43,16 +44,6 @@ class PGPEState(NamedTuple):
     generation: Int[Array, ""]
 
 
-class _Settings(NamedTuple):
-    """Checked arguments of `pgpe`."""
-
-    population_size: int
-    sigma: Tree
-    optimizer: optax.GradientTransformation
-    sigma_learning_rate: ScalarLike
-    largest_change: ScalarLike
-
-
 def pgpe(
     *,
     population_size: int,
@@ -75,48 +66,41 @@ def pgpe(
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    checks.check_even("population_size", population_size)
-    checks.check_numbers("sigma", sigma, above=0.0)
     checks.check_numbers("sigma_learning_rate", sigma_learning_rate, minimum=0.0)
     checks.check_numbers("largest_change", largest_change, minimum=0.0, maximum=1.0)
-    settings = _Settings(
-        population_size,
-        sigma,
-        gradients.make_optimizer(optimizer),
-        sigma_learning_rate,
-        largest_change,
-    )
-    return vectors.over_vectors(
+    optimizer = gradients.make_optimizer(optimizer)
+    return normal_search(
         population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=functools.partial(_ask, settings),
-        tell=functools.partial(_tell, settings),
+        sigma=sigma,
+        init=functools.partial(_init, optimizer),
+        deviations=lambda state: state.sigma,
+        tell=functools.partial(_tell, optimizer, sigma_learning_rate, largest_change),
+        mirrored=True,
     )
 
 
-def _init(settings: _Settings, template: Genotype) -> PGPEState:
+def _init(
+    optimizer: optax.GradientTransformation, template: Genotype, deviations: Float[Array, " dim"]
+) -> PGPEState:
     mean = vectors.flatten(template)
     return PGPEState(
         mean=mean,
-        sigma=vectors.spread("sigma", settings.sigma, template),
-        optimizer_state=settings.optimizer.init(mean),
+        sigma=deviations,
+        optimizer_state=optimizer.init(mean),
         template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
 
-def _ask(settings: _Settings, key: PRNGKeyArray, state: PGPEState) -> Float[Array, "pop dim"]:
-    noise = vectors.mirrored_normals(key, settings.population_size, state.mean)
-    return state.mean + state.sigma * noise
-
-
 def _tell(
-    settings: _Settings,
+    optimizer: optax.GradientTransformation,
+    sigma_learning_rate: ScalarLike,
+    largest_change: ScalarLike,
     genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: PGPEState,
-) -> tuple[PGPEState, SearchMetrics]:
-    num_pairs = settings.population_size // 2
+) -> PGPEState:
+    num_pairs = fitness.size // 2
     worth = centred_ranks(fitness).astype(state.mean.dtype)
     plus, minus = worth[:num_pairs], worth[num_pairs:]
     steps = (genotypes[:num_pairs] - genotypes[num_pairs:]) / 2
@@ -124,15 +108,12 @@ def _tell(
     # ranks are centred, so that the paper's baseline is 0.
     gradient = (plus - minus) / 2 @ steps / num_pairs
     sigma_gradient = (plus + minus) / 2 @ ((steps / state.sigma) ** 2 - 1) / num_pairs
-    mean, optimizer_state = gradients.ascend(
-        settings.optimizer, gradient, state.optimizer_state, state.mean
-    )
-    change = settings.sigma_learning_rate * sigma_gradient
-    change = jnp.clip(change, -settings.largest_change, settings.largest_change)
-    new_state = state._replace(
+    mean, optimizer_state = gradients.ascend(optimizer, gradient, state.optimizer_state, state.mean)
+    change = sigma_learning_rate * sigma_gradient
+    change = jnp.clip(change, -largest_change, largest_change)
+    return state._replace(
         mean=mean,
         sigma=vectors.bound_sigma(state.sigma * (1 + change)),
         optimizer_state=optimizer_state,
         generation=state.generation + 1,
     )
-    return new_state, measure_search(fitness, state.sigma)

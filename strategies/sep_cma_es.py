@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, Int
 
 from mjxwalk.strategies import vectors
 from mjxwalk.strategies.base import Genotype, Strategy, Tree
-from mjxwalk.strategies.covariance_adaptation import cma_strategy
+from mjxwalk.strategies.covariance_adaptation import cma_search
 from mjxwalk.strategies.evolution_paths import Paths, Rates, advance_paths
 from mjxwalk.strategies.metrics import SearchMetrics
 
@@ -60,9 +60,7 @@ def sep_cma_es(*, population_size: int, sigma: Tree) -> Strategy[SepCMAESState, 
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    return cma_strategy(
-        _start, advance, population_size=population_size, sigma=sigma, separable=True
-    )
+    return cma_search(_start, advance, population_size=population_size, sigma=sigma, separable=True)
 
 
 def _start(

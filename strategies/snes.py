@@ -9,11 +9,12 @@ import math
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int
 
 from mjxwalk.strategies import checks, vectors
 from mjxwalk.strategies.base import Genotype, ScalarLike, Strategy, Tree
-from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.metrics import SearchMetrics
+from mjxwalk.strategies.normal_search import normal_search
 from mjxwalk.strategies.ranks import nes_utilities
 
 MEAN_LEARNING_RATE = 1.0  # Wierstra et al. (2014), table 1
@@ -35,15 +36,6 @@ class SNESState(NamedTuple):
     generation: Int[Array, ""]
 
 
-class _Settings(NamedTuple):
-    """Checked arguments of `snes`."""
-
-    population_size: int
-    sigma: Tree
-    mean_learning_rate: ScalarLike
-    sigma_learning_rate: ScalarLike | None
-
-
 def snes(
     *,
     population_size: int,
@@ -63,17 +55,15 @@ def snes(
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    checks.check_count("population_size", population_size, minimum=2)
-    checks.check_numbers("sigma", sigma, above=0.0)
     checks.check_numbers("mean_learning_rate", mean_learning_rate, above=0.0)
     if sigma_learning_rate is not None:
         checks.check_numbers("sigma_learning_rate", sigma_learning_rate, minimum=0.0)
-    settings = _Settings(population_size, sigma, mean_learning_rate, sigma_learning_rate)
-    return vectors.over_vectors(
+    return normal_search(
         population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=functools.partial(_ask, settings),
-        tell=functools.partial(_tell, settings),
+        sigma=sigma,
+        init=_init,
+        deviations=lambda state: state.sigma,
+        tell=functools.partial(_tell, mean_learning_rate, sigma_learning_rate),
     )
 
 
@@ -82,36 +72,30 @@ def default_sigma_learning_rate(num_weights: int) -> float:
     return (3 + math.log(num_weights)) / (5 * math.sqrt(num_weights))
 
 
-def _init(settings: _Settings, template: Genotype) -> SNESState:
+def _init(template: Genotype, deviations: Float[Array, " dim"]) -> SNESState:
     return SNESState(
         mean=vectors.flatten(template),
-        sigma=vectors.spread("sigma", settings.sigma, template),
+        sigma=deviations,
         template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
 
-def _ask(settings: _Settings, key: PRNGKeyArray, state: SNESState) -> Float[Array, "pop dim"]:
-    noise = vectors.standard_normals(key, settings.population_size, state.mean)
-    return state.mean + state.sigma * noise
-
-
 def _tell(
-    settings: _Settings,
+    mean_learning_rate: ScalarLike,
+    sigma_learning_rate: ScalarLike | None,
     genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: SNESState,
-) -> tuple[SNESState, SearchMetrics]:
+) -> SNESState:
     utilities = nes_utilities(fitness).astype(state.mean.dtype)
     noise = (genotypes - state.mean) / state.sigma
-    sigma_learning_rate = settings.sigma_learning_rate
     if sigma_learning_rate is None:
         sigma_learning_rate = default_sigma_learning_rate(state.mean.size)
     step = state.sigma * (utilities @ noise)
     growth = utilities @ (noise**2 - 1)
-    new_state = state._replace(
-        mean=state.mean + settings.mean_learning_rate * step,
+    return state._replace(
+        mean=state.mean + mean_learning_rate * step,
         sigma=vectors.bound_sigma(state.sigma * jnp.exp(sigma_learning_rate / 2 * growth)),
         generation=state.generation + 1,
     )
-    return new_state, measure_search(fitness, state.sigma)

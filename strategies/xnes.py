@@ -9,15 +9,14 @@ import math
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int
 
 from mjxwalk.strategies import checks, vectors
 from mjxwalk.strategies.base import Genotype, ScalarLike, Strategy, Tree
-from mjxwalk.strategies.metrics import SearchMetrics, measure_search
+from mjxwalk.strategies.metrics import SearchMetrics
+from mjxwalk.strategies.normal_search import normal_search
 from mjxwalk.strategies.ranks import nes_utilities
-from mjxwalk.strategies.snes import default_sigma_learning_rate
-
-MEAN_LEARNING_RATE = 1.0  # Wierstra et al. (2014), table 1
+from mjxwalk.strategies.snes import MEAN_LEARNING_RATE, default_sigma_learning_rate
 
 
 class XNESState(NamedTuple):
@@ -36,16 +35,6 @@ class XNESState(NamedTuple):
     axes: Float[Array, "dim dim"]
     template: Genotype
     generation: Int[Array, ""]
-
-
-class _Settings(NamedTuple):
-    """Checked arguments of `xnes`."""
-
-    population_size: int
-    sigma: Tree
-    mean_learning_rate: ScalarLike
-    sigma_learning_rate: ScalarLike | None
-    axes_learning_rate: ScalarLike | None
 
 
 def xnes(
@@ -71,21 +60,18 @@ def xnes(
     Raises:
       ValueError: a setting is out of its range, or, from `init`, does not fit the template.
     """
-    checks.check_count("population_size", population_size, minimum=2)
-    checks.check_numbers("sigma", sigma, above=0.0)
     checks.check_numbers("mean_learning_rate", mean_learning_rate, above=0.0)
     if sigma_learning_rate is not None:
         checks.check_numbers("sigma_learning_rate", sigma_learning_rate, minimum=0.0)
     if axes_learning_rate is not None:
         checks.check_numbers("axes_learning_rate", axes_learning_rate, minimum=0.0)
-    settings = _Settings(
-        population_size, sigma, mean_learning_rate, sigma_learning_rate, axes_learning_rate
-    )
-    return vectors.over_vectors(
+    return normal_search(
         population_size=population_size,
-        init=functools.partial(_init, settings),
-        ask=functools.partial(_ask, settings),
-        tell=functools.partial(_tell, settings),
+        sigma=sigma,
+        init=_init,
+        deviations=_deviations,
+        tell=functools.partial(_tell, mean_learning_rate, sigma_learning_rate, axes_learning_rate),
+        draw=lambda state, noise: state.mean + state.sigma * (noise @ state.axes.T),
     )
 
 
@@ -108,32 +94,32 @@ def symmetric_exponential(matrix: Float[Array, "dim dim"]) -> Float[Array, "dim 
     return (basis * jnp.exp(values)) @ basis.T
 
 
-def _init(settings: _Settings, template: Genotype) -> XNESState:
-    scales = vectors.spread("sigma", settings.sigma, template)
-    sigma = jnp.exp(jnp.mean(jnp.log(scales)))
+def _init(template: Genotype, deviations: Float[Array, " dim"]) -> XNESState:
+    sigma = jnp.exp(jnp.mean(jnp.log(deviations)))
     return XNESState(
         mean=vectors.flatten(template),
         sigma=sigma,
-        axes=jnp.diag(scales / sigma),
+        axes=jnp.diag(deviations / sigma),
         template=template,
         generation=jnp.zeros((), jnp.int32),
     )
 
 
-def _ask(settings: _Settings, key: PRNGKeyArray, state: XNESState) -> Float[Array, "pop dim"]:
-    noise = vectors.standard_normals(key, settings.population_size, state.mean)
-    return state.mean + state.sigma * (noise @ state.axes.T)
+def _deviations(state: XNESState) -> Float[Array, " dim"]:
+    return state.sigma * jnp.sqrt(jnp.sum(state.axes**2, axis=1))
 
 
 def _tell(
-    settings: _Settings,
+    mean_learning_rate: ScalarLike,
+    sigma_learning_rate: ScalarLike | None,
+    axes_learning_rate: ScalarLike | None,
     genotypes: Float[Array, "pop dim"],
     fitness: Float[Array, " pop"],
     state: XNESState,
-) -> tuple[XNESState, SearchMetrics]:
+) -> XNESState:
     size = state.mean.size
-    rates = (settings.sigma_learning_rate, settings.axes_learning_rate)
-    usual = default_learning_rate(size, settings.population_size)
+    usual = default_learning_rate(size, fitness.size)
+    rates = (sigma_learning_rate, axes_learning_rate)
     for_sigma, for_axes = (usual if rate is None else rate for rate in rates)
     utilities = nes_utilities(fitness).astype(state.mean.dtype)
     steps = (genotypes - state.mean) / state.sigma
@@ -147,11 +133,9 @@ def _tell(
     gradient = (noise_scatter + noise_scatter.T) / 2
     growth = jnp.trace(gradient) / size
     shape = gradient - growth * jnp.eye(size, dtype=gradient.dtype)
-    new_state = state._replace(
-        mean=state.mean + settings.mean_learning_rate * state.sigma * (utilities @ steps),
+    return state._replace(
+        mean=state.mean + mean_learning_rate * state.sigma * (utilities @ steps),
         sigma=vectors.bound_sigma(state.sigma * jnp.exp(for_sigma / 2 * growth)),
         axes=state.axes @ symmetric_exponential(for_axes / 2 * shape),
         generation=state.generation + 1,
     )
-    deviations = state.sigma * jnp.sqrt(jnp.sum(state.axes**2, axis=1))
-    return new_state, measure_search(fitness, deviations)
