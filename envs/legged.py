@@ -368,7 +368,7 @@ class LeggedEnv(abc.ABC):
 
     def why_ended(self, state: State, ground: float) -> Ending:
         """Returns why a trial ended; see `mjxwalk.envs.ending.explain`."""
-        return ending.explain(self, state, ground)
+        return ending.explain(self, edge.as_arrays(state), ground)
 
     @property
     def lookahead(self) -> float:
