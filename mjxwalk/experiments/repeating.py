@@ -31,7 +31,7 @@ def command(run: Run, experiment: Any) -> str:
         words += ["--from", str(origin["source"])]
     usual = experiments.get(experiment.name)
     text = _body(experiment)
-    if text:
+    if text != _body(usual):
         words += ["--body", str(run.path)]
         usual = own_body.with_body(usual, text)
     return shlex.join([*words, *_changes(usual, experiment)])
@@ -53,7 +53,7 @@ def _of_study(path: Path) -> str:
         words += ["--body", str(made.folder(path, 0))]
     for name, experiment in made.phases:
         phase, text = usual.phase(name), _body(experiment)
-        phase = own_body.with_body(phase, text) if text else phase
+        phase = own_body.with_body(phase, text) if text != _body(phase) else phase
         words += _changes(phase, experiment, f"{name}.")
     return shlex.join(words)
 

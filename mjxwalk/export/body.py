@@ -21,9 +21,11 @@ def as_mjcf(env: LeggedEnv) -> bytes:
         body.explicitinertial = True
     for joint, place in enumerate(env.anatomy.joint_coordinate):
         coordinate = env.anatomy.coordinates[place]
-        if np.isfinite((coordinate.lower, coordinate.upper)).all():
+        limits = np.array([coordinate.lower, coordinate.upper])
+        if not model.jnt_limited[joint] and np.isfinite(limits).all():  # a setting of ours
             limited = spec.joint(model.joint(joint).name)
-            limited.limited, limited.range = True, [coordinate.lower, coordinate.upper]
+            limited.limited = True
+            limited.range = np.degrees(limits) if spec.compiler.degree else limits
     spec.option.timestep = env.timestep
     laws = {
         "contact_stiffness": env.contact.stiffness,
