@@ -145,7 +145,14 @@ class LeggedEnv(abc.ABC):
         """The root's "yaw", "pitch" and "roll" beyond which the walker has fallen, rad."""
         return {}
 
-    @abc.abstractmethod
+    @property
+    def lowest_hips(self) -> float | None:
+        """Height of the hips over the ground below, under which the walker has fallen, m.
+
+        None where no such rule holds, or another one.
+        """
+        return None
+
     def is_low(self, state: State, ground: Float[Array, ""] | float, /) -> Bool[Array, ""]:
         """Returns whether the walker is so low that it has fallen.
 
@@ -153,10 +160,13 @@ class LeggedEnv(abc.ABC):
           state: after the step.
           ground: its height under the hips, m.
         """
+        if self.lowest_hips is None:
+            return jnp.zeros((), bool)
+        return state.qpos[self.anatomy.root.height] - ground < self.lowest_hips
 
-    @abc.abstractmethod
     def low_words(self) -> str:
         """Returns what `is_low` means, for someone who asks why a walker fell."""
+        return f"hips lower than {self.lowest_hips:g} m"
 
     def is_over(self, state: State, /) -> Bool[Array, ""] | bool:
         """Returns whether a rule of the body's own ends the trial without a fall."""
@@ -167,6 +177,14 @@ class LeggedEnv(abc.ABC):
         """Returns which rule of the body's own ended a trial; None if none did."""
         del state
         return None
+
+    def own_laws(self) -> Mapping[str, tuple[Any, ...]]:
+        """Returns, as data, what methods of the body's own do, by the methods' names.
+
+        Whoever computes the body by other means reads it, as `mjxwalk verify` does, which knows the
+        laws in `mjxwalk.envs.own_laws`.
+        """
+        return {}
 
     def fitness(self, state: State, /) -> Float[Array, ""]:
         """Returns the fitness of a walker whose trial has ended; the distance of its hip, m."""

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
 
 from mjxwalk.envs import body_file, checks, dynamics, mjcf_body
 from mjxwalk.envs.anatomy import Anatomy
@@ -88,6 +87,10 @@ class MjcfEnv(LeggedEnv):
         root = self.anatomy.root
         return {turn: most for turn, most in limits.items() if getattr(root, turn) is not None}
 
+    @property
+    def lowest_hips(self) -> float:
+        return self.min_height * float(self._stance.qpos[self.anatomy.root.height])
+
     def start(self, given: Trial, /) -> State:
         """Returns a walker at rest, its lowest points as deep as its weight presses them."""
         stance, root = self._stance, self.anatomy.root
@@ -126,15 +129,6 @@ class MjcfEnv(LeggedEnv):
             adduction_rate=None,
             **of_legs,
         )
-
-    def is_low(self, state: State, ground: Float[Array, ""] | float, /) -> Bool[Array, ""]:
-        """Returns whether the root is too low."""
-        height = self.anatomy.root.height
-        return state.qpos[height] - ground < self.min_height * float(self._stance.qpos[height])
-
-    def low_words(self) -> str:
-        """Returns what `is_low` means."""
-        return f"hips lower than {self.min_height:.0%} of their height at the start"
 
     @property
     def _stance(self) -> mjcf_body.Stance:

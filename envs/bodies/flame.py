@@ -9,7 +9,7 @@ import dataclasses
 from typing import Any, ClassVar
 
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from mjxwalk.envs import checks, dynamics
 from mjxwalk.envs.anatomy import Anatomy
@@ -19,6 +19,7 @@ from mjxwalk.envs.contact import SoftContact
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.legged import LeggedEnv, Sprung
 from mjxwalk.envs.observation import SpatialObservation
+from mjxwalk.envs.own_laws import AlongHeading
 from mjxwalk.envs.state import State
 from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.trees import Instant
@@ -108,6 +109,10 @@ class Flame(LeggedEnv):
     def max_tilt(self) -> dict[str, float]:
         return {"yaw": self.max_yaw, "pitch": self.max_pitch, "roll": self.max_roll}
 
+    @property
+    def lowest_hips(self) -> float:
+        return self.min_hip_height
+
     def start(self, given: Trial, /) -> State:
         """Returns a walker in the middle of a step, the left foot in the air."""
         depth = self.weight / (4.0 * self.contact.stiffness)
@@ -160,10 +165,5 @@ class Flame(LeggedEnv):
         )
         return self._tree.bodies(now, self._feet) @ ahead
 
-    def is_low(self, state: State, ground: Float[Array, ""] | float, /) -> Bool[Array, ""]:
-        """Returns whether the hips are too low."""
-        return state.qpos[2] - ground < self.min_hip_height
-
-    def low_words(self) -> str:
-        """Returns what `is_low` means."""
-        return f"hips lower than {self.min_hip_height:g} m"
+    def own_laws(self) -> dict[str, tuple[Any, ...]]:
+        return {"ankles": (AlongHeading(),)}

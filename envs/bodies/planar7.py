@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from mjxwalk.envs import checks, dynamics
 from mjxwalk.envs.anatomy import Anatomy
@@ -118,6 +118,10 @@ class Planar7(LeggedEnv):
     def max_tilt(self) -> dict[str, float]:
         return {"pitch": self.max_pitch}
 
+    @property
+    def lowest_hips(self) -> float:
+        return self.min_hip_height
+
     def start(self, given: Trial, /) -> State:
         """Returns a walker at rest, one leg ahead of the other, soles level on the ground."""
         hip = self.start_hip_angle
@@ -164,11 +168,3 @@ class Planar7(LeggedEnv):
             contact=jnp.any(state.touching.reshape(2, 2), axis=1),
             ankle_x=state.ankle_x,
         )
-
-    def is_low(self, state: State, ground: Float[Array, ""] | float, /) -> Bool[Array, ""]:
-        """Returns whether the hips are too low."""
-        return state.qpos[1] - ground < self.min_hip_height
-
-    def low_words(self) -> str:
-        """Returns what `is_low` means."""
-        return f"hips lower than {self.min_hip_height:g} m"

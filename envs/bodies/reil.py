@@ -33,6 +33,14 @@ from mjxwalk.envs.ending import Ending
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.legged import Driven, LeggedEnv, Sprung
 from mjxwalk.envs.observation import SpatialObservation
+from mjxwalk.envs.own_laws import (
+    Arrival,
+    HindmostAnkle,
+    LowCentre,
+    Righting,
+    Standstill,
+    TorsoLoad,
+)
 from mjxwalk.envs.state import State
 from mjxwalk.envs.trees import GRAVITY, Instant, Loads
 from mjxwalk.envs.trial import Trial, Trials, TrialState
@@ -268,6 +276,19 @@ class Reil(LeggedEnv):
         if float(state.own.still_time) > self.max_still_time:
             return Ending("slow", "its hips were asked to stand still")
         return None
+
+    def own_laws(self) -> dict[str, tuple[Any, ...]]:
+        righting = self.assistance, self.assistance_damping, self.assistance_lean
+        return {
+            "drive": (self.hips, Righting(*righting, self.assistance_roll)),
+            "carried": (TorsoLoad(self.terrain.load, (0.0, 0.0, self.trunk_height)),),
+            "is_low": (LowCentre(self.min_height),),
+            "is_over": (
+                Arrival(self.max_distance),
+                Standstill(self.still_rate, self.max_still_time),
+            ),
+            "fitness": (HindmostAnkle(self.fallen_distance),),
+        }
 
     def scaled_action(self, values: Float[Array, " motor"], /) -> HipTargets:
         """Returns desired angles of numbers from -1 to 1, one for each hip."""

@@ -89,7 +89,7 @@ class TrialVariation:
         edge.check_terrain(terrain, (1,))
         if not self.slope:
             return jnp.zeros(())
-        return jax.lax.dynamic_slice(terrain.heights, (terrain.row, 0), (1, 1))[0, 0] * x
+        return jax.lax.dynamic_slice_in_dim(terrain.heights, terrain.row, 1)[0, 0] * x
 
     def is_usual(self) -> bool:
         """Returns whether all trials are the same."""
