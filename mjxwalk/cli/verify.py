@@ -15,7 +15,7 @@ DISAGREES = 1  # exit code
 class Verify:
     """Walk a run's best walker again in C MuJoCo, in float64, and compare with its engine.
 
-    Kinematics, mass matrix and bias forces are C MuJoCo's; ground, joint stops, senses and the
+    Kinematics, mass matrix and bias forces are C MuJoCo's; ground, joints, motors, senses and the
     rules of a trial are computed anew in float64, from code that shares nothing with the engine's.
     Shared are the body's XML, the settings, the terrains, the starts, and the controller's source,
     which JAX compiles for float64. The exit code is 0 if the two agree, 1 if they do not.
@@ -40,7 +40,7 @@ class Verify:
         """Compares, shows what came out, and returns the exit code.
 
         Raises:
-          RunError: an argument is wrong, or the walker's body is none that C MuJoCo is set up for.
+          RunError: an argument is wrong, or the walker's body has what there is no second law for.
         """
         self._check()
         from mjxwalk import engines, walkers

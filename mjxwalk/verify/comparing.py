@@ -10,8 +10,7 @@ import numpy as np
 from mjxwalk import evaluation
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.fitting import Fitting
-from mjxwalk.settings import override
-from mjxwalk.verify import agreement, bodies, trials
+from mjxwalk.verify import agreement, supported, trials
 from mjxwalk.verify.agreement import Agreement
 from mjxwalk.walker import Walker
 
@@ -41,23 +40,19 @@ def verify(
       say: is told what goes on.
 
     Raises:
-      ValueError: there is no such engine, or C MuJoCo is not set up for the body.
+      ValueError: there is no such engine, or the body has what we have no law for.
     """
     _check(walker)
     experiment = walker.experiment.tried()
-    if roughness is not None:
-        experiment = override(experiment, "env.terrain.roughness", str(roughness))
     key = jax.random.fold_in(jax.random.key(seed), VERIFY)
-    heights = experiment.sample_trials(key, terrains)
+    given = experiment.sample_trials(key, terrains, roughness)
     evaluator = evaluation.make_evaluator(experiment, engine)
     say(f"{walker.name}, generation {walker.generation}, on {terrains} terrains by engine {engine}")
     alone: Any = jax.tree.map(lambda leaf: np.asarray(leaf)[None], walker.genotype)
-    outcome = jax.tree.map(lambda leaf: leaf[0], evaluator.evaluate(alone, heights))
+    outcome = jax.tree.map(lambda leaf: leaf[0], evaluator.evaluate(alone, given))
     say(f"the same in {C_MUJOCO}, float64")
     started = time.perf_counter()
-    reference = trials.run(
-        experiment.env, experiment.controller, walker.genotype, np.asarray(heights)
-    )
+    reference = trials.run(experiment.env, experiment.controller, walker.genotype, given)
     say(f"walked {reference.duration.sum():.0f} s in {time.perf_counter() - started:.0f} s")
     return agreement.compare(
         agreement.side(evaluator.engine, outcome, experiment.weight),
@@ -65,16 +60,11 @@ def verify(
         walker=walker.name,
         generation=walker.generation,
         seed=seed,
-        roughness_m=experiment.env.terrain.roughness,
+        roughness_m=experiment.env.terrain.roughness if roughness is None else roughness,
     )
 
 
 def _check(walker: Walker) -> None:
     if isinstance(walker.experiment, Fitting):
         raise ValueError(f"{walker.name} is a fit, which walks nowhere; there is nothing to verify")
-    env = getattr(walker.experiment, "env", None)
-    if type(env) not in bodies.BODIES:
-        known = " and ".join(kind.__name__ for kind in bodies.BODIES)
-        raise ValueError(
-            f"{walker.name} has the body {type(env).__name__}; verify is set up for {known}"
-        )
+    supported.check(walker.name, getattr(walker.experiment, "env", None))

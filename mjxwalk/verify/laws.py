@@ -1,14 +1,26 @@
-"""The laws of ground and joint stops once more, in float64 numpy for several walkers at once.
+"""The laws of ground, joint stops and motors once more, in float64 numpy for several walkers.
 
-Written from docs/physics.md, not from `mjxwalk.envs`, so that a slip in one of the two shows.
+Written from docs/physics.md and docs/reil.md, not from `mjxwalk.envs`, so that a slip in one of the
+two shows.
 """
 
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mjxwalk.envs import JointStop, RandomWalk, SerpentineWalk, SoftContact
+from mjxwalk.envs import (
+    Action,
+    JointStop,
+    RandomWalk,
+    SerpentineWalk,
+    SoftContact,
+    TrialVariation,
+    VelocityMotor,
+)
+
+CLOSE = 1e-13  # of a motor's limit; where torques that are solved for have settled
 
 
 class Push(NamedTuple):
@@ -77,6 +89,48 @@ def stop_torque(
     return push * acts, acts * (timestep * damping if implicit else 0.0)
 
 
+def motor_torque(action: Action, angle: Any, rate: Any, ahead: float) -> Any:
+    """Returns what is asked of motors, N m, with angles moved on by so many seconds."""
+    off_target = np.asarray(action.target) - angle - ahead * rate
+    spring = np.asarray(action.stiffness) * off_target
+    return np.asarray(action.torque) + spring - np.asarray(action.damping) * rate
+
+
+def velocity_torque(
+    law: VelocityMotor,
+    wanted: Float[np.ndarray, "walker motor"],
+    answer: Float[np.ndarray, "walker motor motor"],
+    limits: Float[np.ndarray, "motor 2"],
+) -> Float[np.ndarray, "walker motor"]:
+    """Returns torques, N m, that change velocities as wanted, as far as their limits let them.
+
+    They are the minimum of x A x / 2 - x b within the limits, found by going down along one torque
+    after the other until none moves.
+
+    Args:
+      law: of the motors.
+      wanted: change of velocity that motors are to bring, rad/s.
+      answer: change of velocity that each torque brings, rad/s/(N m).
+      limits: least and greatest torques, N m.
+    """
+    matrix = answer + law.softness * np.eye(len(limits))
+    torque = np.clip(np.linalg.solve(matrix, wanted[..., None])[..., 0], *limits.T)
+    moved = np.inf
+    while moved > CLOSE * np.abs(limits).max():
+        before = torque.copy()
+        for motor, (least, most) in enumerate(limits):
+            missing = wanted[:, motor] - (matrix[:, motor] * torque).sum(axis=1)
+            own = torque[:, motor] + missing / matrix[:, motor, motor]
+            torque[:, motor] = np.clip(own, least, most)
+        moved = np.abs(torque - before).max()
+    return torque
+
+
+def requested(law: VelocityMotor, off_target: Any) -> Any:
+    """Returns the velocity at which motors go to angles that are so far off, rad/s."""
+    return np.clip(law.approach * off_target, -law.max_speed, law.max_speed)
+
+
 def shortened(
     vector: Float[np.ndarray, "*batch tangent"], limit: Float[np.ndarray, "*batch"]
 ) -> Float[np.ndarray, "*batch tangent"]:
@@ -87,7 +141,7 @@ def shortened(
 
 
 def height(
-    shape: RandomWalk | SerpentineWalk,
+    shape: Any,
     heights: Float[np.ndarray, " walker *node"],
     x: Float[np.ndarray, " walker *point"],
     y: Float[np.ndarray, " walker *point"],
@@ -95,15 +149,23 @@ def height(
     """Returns the ground's height under points, m.
 
     Args:
-      shape: of the ground.
+      shape: of the ground; `GROUNDS` has those that are known.
       heights: of each walker's own nodes, m.
       x: of the points, m.
-      y: likewise; the ground in the plane does not know it.
+      y: of the points, m; the ground in the plane does not know it.
     """
     walker = np.arange(len(x)).reshape(-1, *[1] * (x.ndim - 1))
+    return GROUNDS[type(shape)](shape, heights, walker, x, y)
+
+
+def _on_line(shape: RandomWalk, heights: Any, walker: Any, x: Any, y: Any) -> Any:
+    del y
     row, onward = _interval((x - shape.start) / shape.spacing, heights.shape[1])
-    if isinstance(shape, RandomWalk):
-        return (1 - onward) * heights[walker, row] + onward * heights[walker, row + 1]
+    return (1 - onward) * heights[walker, row] + onward * heights[walker, row + 1]
+
+
+def _on_grid(shape: SerpentineWalk, heights: Any, walker: Any, x: Any, y: Any) -> Any:
+    row, onward = _interval((x - shape.start) / shape.spacing, heights.shape[1])
     last = heights.shape[2] - 1
     # To the sides the ground goes on as its mirror image.
     sideways = np.mod(y / shape.spacing + 0.5 * last, 2 * last)
@@ -113,6 +175,18 @@ def height(
         for along in (row, row + 1)
     )
     return (1 - onward) * near + onward * far
+
+
+def _on_slope(shape: TrialVariation, heights: Any, walker: Any, x: Any, y: Any) -> Any:
+    del shape, y
+    return x * heights[walker, 0]
+
+
+GROUNDS: Mapping[type, Callable[..., Any]] = {
+    RandomWalk: _on_line,
+    SerpentineWalk: _on_grid,
+    TrialVariation: _on_slope,
+}
 
 
 def _interval(position: Any, nodes: int) -> tuple[Any, Any]:
