@@ -256,9 +256,7 @@ class LeggedEnv(abc.ABC):
 
     def level_trials(self, num: int = 1) -> Trials:
         """Returns trials on level ground from the usual start."""
-        nodes = self.terrain.num_nodes
-        shape = nodes if isinstance(nodes, tuple) else (nodes,)
-        return Trials(np.zeros((num, *shape), np.float32))
+        return Trials(np.zeros((num, *self._nodes), np.float32))
 
     def perturbed(self, key: PRNGKeyArray, trials: Trials) -> tuple["LeggedEnv", Trials]:
         """Returns the environment and trials with starts that depart from the usual one.
@@ -271,7 +269,15 @@ class LeggedEnv(abc.ABC):
 
     @edge.takes_arrays
     def reset(self, given: Trial) -> State:
-        """Returns the state that a trial starts in."""
+        """Returns the state that a trial starts in.
+
+        Raises:
+          ValueError: the ground or the start's draws have another shape than the body's.
+        """
+        edge.check_terrain(given.ground, self._nodes)
+        if given.start is not None:
+            like = jax.ShapeDtypeStruct((len(self.START_DEPARTURES),), float)
+            edge.check_shapes("start", given.start, like)
         return self.start(given)
 
     @edge.takes_arrays
@@ -392,6 +398,12 @@ class LeggedEnv(abc.ABC):
     def lookahead(self) -> float:
         """How far implicit motors and springs look ahead, s."""
         return self.timestep if self.implicit else 0.0
+
+    @property
+    def _nodes(self) -> tuple[int, ...]:
+        """Of one ground's heights, along and perhaps across."""
+        nodes = self.terrain.num_nodes
+        return nodes if isinstance(nodes, tuple) else (nodes,)
 
     @property
     def _tree(self) -> Tree:

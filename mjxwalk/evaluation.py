@@ -67,7 +67,8 @@ class Evaluator:
         Raises:
           ValueError: there is no genotype or no trial, or leaves differ in how many they hold.
         """
-        population, trials = jax.tree.map(_on_host, (population, trials))
+        population = jax.tree.map(_on_host, population)
+        trials = jax.tree.map(_on_host, trials, is_leaf=lambda part: isinstance(part, list))
         for name, tree in (("population", population), ("trials", trials)):
             shapes = [leaf.shape for leaf in jax.tree.leaves(tree)]
             sizes = {shape[:1] for shape in shapes}

@@ -134,7 +134,8 @@ class CtrnnWalker(Controller):
         network = self.network(genes)
         given = jnp.zeros((4, 6))
         if self.sense:
-            given = given.at[:2].set(self.sense * self._sensed(genes, observation))
+            felt = self.sense * self._sensed(genes, observation)
+            given = jnp.concatenate([felt, given[2:]])
         elapsed = observation.time - memory.time
         state = ctrnn.coupled_step(network, memory.state, given, elapsed)
         motor = jax.nn.sigmoid(state[:2, 0] + network.oscillator.bias[0])

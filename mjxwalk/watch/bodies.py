@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from mjxwalk.envs import Anatomy
+from mjxwalk.envs import Anatomy, LeggedEnv
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.anatomy import KINDS, ContactPoint, side_of
 from mjxwalk.errors import RunError
@@ -102,8 +102,12 @@ def describe(env: Any) -> Body:
     """Returns the body of an environment.
 
     Raises:
-      RunError: it has a shape that pages cannot show.
+      RunError: it has no anatomy, or a shape that pages cannot show.
     """
+    if not isinstance(env, LeggedEnv):
+        raise RunError(
+            f"a {type(env).__name__} has no anatomy to show; derive it from mjxwalk.envs.LeggedEnv"
+        )
     model, anatomy = env.model.mujoco, env.anatomy
     parts = tuple(_part(model, geom) for geom in _geoms(model))
     return Body(
