@@ -3,7 +3,6 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Array, Float
 
 TILTS = {  # what a tilt beyond its limit is called, where it is positive and where it is negative
     "yaw": ("turned off its course", "turned off its course"),
@@ -24,12 +23,12 @@ class Ending(NamedTuple):
     text: str
 
 
-def explain(env: Any, state: Any, ground: Float[Array, ""] | float) -> Ending:
+def explain(env: Any, state: Any, ground: float) -> Ending:
     """Returns why a trial ended, by the environment's own rules.
 
     Args:
       env: a `LeggedEnv`.
-      state: that the trial ended in.
+      state: that the trial ended in; numpy.
       ground: height under the hips, m.
     """
     trial = state.trial
@@ -52,7 +51,7 @@ def explain(env: Any, state: Any, ground: Float[Array, ""] | float) -> Ending:
     return Ending("slow", f"too slow: {env.max_lag:g} m behind a pace of {env.min_speed:g} m/s")
 
 
-def _fall(env: Any, state: Any, ground: Float[Array, ""] | float) -> str:
+def _fall(env: Any, state: Any, ground: float) -> str:
     if float(state.trial.flight_time) > env.max_flight_time:
         return f"both feet in the air for over {1000 * env.max_flight_time:g} ms"
     if bool(env.is_low(state, ground)):

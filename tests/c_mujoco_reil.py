@@ -146,7 +146,7 @@ class Reference:
 
 def loaded(env: Reil, load: float) -> Any:
     """Returns the model with a small, heavy ball fixed to the trunk's centre."""
-    from mjxwalk.envs import reil_body
+    from mjxwalk.envs.bodies import reil_body
 
     spec = reil_body.build_spec(env.offsets)
     ball = spec.body("torso").add_body(pos=[0.0, 0.0, env.trunk_height])

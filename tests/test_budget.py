@@ -9,7 +9,7 @@ import pytest
 from toy import Toy
 
 from mjxwalk import budget, experiments, replay
-from mjxwalk.envs import RandomWalk, SerpentineWalk, Terrain, TrialVariation
+from mjxwalk.envs import RandomWalk, SerpentineWalk, TrialVariation
 from mjxwalk.errors import RunError
 from mjxwalk.evolution import memory
 from mjxwalk.video import filming
@@ -46,7 +46,7 @@ def test_grounds_are_counted_by_their_nodes(small: None, terrain: object, fits: 
 
 def test_no_terrain_is_drawn_that_does_not_fit(small: None) -> None:
     experiment = experiments.get("planar-lpd")
-    assert experiment.sample_trials(jax.random.key(0), 3).shape == (3, 1024)
+    assert experiment.sample_trials(jax.random.key(0), 3).heights.shape == (3, 1024)
     with pytest.raises(RunError, match="terrains take .* GB"):
         experiment.sample_trials(jax.random.key(0), 10**30)
 
@@ -64,12 +64,11 @@ def test_a_toy_of_the_least_settings_is_measured(small: None) -> None:
 
 def test_frames_that_do_not_fit_are_not_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
     experiment: Any = experiments.get("planar-lpd")
-    heights = np.zeros((1, experiment.env.terrain.num_nodes), np.float32)
-    terrain: Any = Terrain(heights, np.zeros(1, np.int32))  # type: ignore[arg-type]
+    trial = experiment.env.level_trials().given(np.zeros(1, np.int32))
     walkers = jax.tree.map(lambda leaf: np.asarray(leaf)[None], experiment.template())
 
     def record() -> replay.Recording:
-        return replay.record(experiment.env, experiment.controller, walkers, terrain, duration=1.0)
+        return replay.record(experiment.env, experiment.controller, walkers, trial, duration=1.0)
 
     whole = record()
     assert len(whole.time) > 20

@@ -9,11 +9,10 @@ import pytest
 
 from mjxwalk import experiments, replay
 from mjxwalk.engines import lanes
-from mjxwalk.envs import Flame, Planar7, Terrain
+from mjxwalk.envs import TRIAL_AXES
 
 LPD = experiments.get("planar-lpd")
 NUM_WALKERS, NUM_TERRAINS = 5, 3
-GROUND: Any = Terrain(None, 0)  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="module")
@@ -26,30 +25,28 @@ def genotypes() -> Any:
 
 
 @pytest.fixture(scope="module")
-def terrain() -> Any:
-    heights = np.asarray(LPD.sample_trials(jax.random.key(1), NUM_TERRAINS))
-    return Terrain(heights, np.array([0, 1, 2, 0, 1], np.int32))  # type: ignore[arg-type]
+def given() -> Any:
+    trials = jax.tree.map(np.asarray, LPD.sample_trials(jax.random.key(1), NUM_TERRAINS))
+    return trials.given(np.array([0, 1, 2, 0, 1], np.int32))
 
 
-def record(genotypes: Any, terrain: Any, **options: Any) -> replay.Recording:
-    return replay.record(LPD.env, LPD.controller, genotypes, terrain, **options)
+def record(genotypes: Any, given: Any, **options: Any) -> replay.Recording:
+    return replay.record(LPD.env, LPD.controller, genotypes, given, **options)
 
 
 @pytest.mark.slow
-def test_last_frame_is_the_outcome_of_the_rollout(genotypes: Any, terrain: Any) -> None:
-    recording = record(genotypes, terrain, duration=LPD.env.max_time)
-    outcome = lanes.vmap(LPD.rollout, (0, GROUND))(genotypes, terrain)
+def test_last_frame_is_the_outcome_of_the_rollout(genotypes: Any, given: Any) -> None:
+    recording = record(genotypes, given, duration=LPD.env.max_time)
+    outcome = lanes.vmap(LPD.rollout, (0, TRIAL_AXES))(genotypes, given)
     assert recording.done[-1].all() and not recording.done[-2].all()
     # The same operations, but LLVM may round sums otherwise in another function.
     np.testing.assert_allclose(recording.states.qpos[-1, :, 0], outcome.distance, atol=1e-3)
     np.testing.assert_allclose(recording.time[-1], outcome.duration, atol=2e-3)
-    np.testing.assert_array_equal(recording.states.fell[-1], outcome.fell)
+    np.testing.assert_array_equal(recording.states.trial.fell[-1], outcome.fell)
 
 
-def test_frames_lie_a_frame_apart_until_the_end_and_then_repeat(
-    genotypes: Any, terrain: Any
-) -> None:
-    recording = record(genotypes, terrain, duration=1.5, frames_per_second=50.0)
+def test_frames_lie_a_frame_apart_until_the_end_and_then_repeat(genotypes: Any, given: Any) -> None:
+    recording = record(genotypes, given, duration=1.5, frames_per_second=50.0)
     for walker in range(NUM_WALKERS):
         going = ~recording.done[:, walker]
         expected = 0.02 * np.arange(going.sum())
@@ -59,20 +56,20 @@ def test_frames_lie_a_frame_apart_until_the_end_and_then_repeat(
     np.testing.assert_array_equal(recording.done, np.sort(recording.done, axis=0))
 
 
-def test_frames_are_the_same_at_every_rate_and_duration(genotypes: Any, terrain: Any) -> None:
-    often = record(genotypes, terrain, duration=0.3, frames_per_second=100.0)
-    seldom = record(genotypes, terrain, duration=0.24, frames_per_second=25.0)
+def test_frames_are_the_same_at_every_rate_and_duration(genotypes: Any, given: Any) -> None:
+    often = record(genotypes, given, duration=0.3, frames_per_second=100.0)
+    seldom = record(genotypes, given, duration=0.24, frames_per_second=25.0)
     assert len(often.time) == 31 and len(seldom.time) == 7
     jax.tree.map(np.testing.assert_array_equal, seldom.states, jax.tree.map(
         lambda leaf: leaf[:25:4], often.states
     ))  # fmt: skip
 
 
-def test_a_walker_alone_walks_as_among_others(genotypes: Any, terrain: Any) -> None:
-    together = record(genotypes, terrain, duration=0.3)
+def test_a_walker_alone_walks_as_among_others(genotypes: Any, given: Any) -> None:
+    together = record(genotypes, given, duration=0.3)
     alone = record(
         jax.tree.map(lambda leaf: leaf[3:4], genotypes),
-        terrain._replace(row=terrain.row[3:4]),
+        given._replace(ground=given.ground._replace(row=given.ground.row[3:4])),
         duration=0.3,
     )
     np.testing.assert_array_equal(
@@ -81,9 +78,9 @@ def test_a_walker_alone_walks_as_among_others(genotypes: Any, terrain: Any) -> N
 
 
 @pytest.mark.slow
-def test_engines_agree(genotypes: Any, terrain: Any) -> None:
-    ours = record(genotypes, terrain, duration=0.1, engine="lanes")
-    reference = record(genotypes, terrain, duration=0.1, engine="mjx")
+def test_engines_agree(genotypes: Any, given: Any) -> None:
+    ours = record(genotypes, given, duration=0.1, engine="lanes")
+    reference = record(genotypes, given, duration=0.1, engine="mjx")
     # A tenth of a second is not yet chaos.
     np.testing.assert_allclose(ours.states.qpos, reference.states.qpos, atol=1e-4)
 
@@ -91,40 +88,14 @@ def test_engines_agree(genotypes: Any, terrain: Any) -> None:
 @pytest.mark.slow
 def test_the_spatial_body_is_recorded_too() -> None:
     spatial = experiments.get("solomon-3d")
-    heights = np.asarray(spatial.sample_trials(jax.random.key(0), 1))
-    ground: Any = Terrain(heights, np.zeros(2, np.int32))  # type: ignore[arg-type]
+    given = spatial.sample_trials(jax.random.key(0), 1).given(np.zeros(2, np.int32))
     genotypes = jax.tree.map(lambda leaf: np.stack([leaf] * 2), spatial.template())
-    recording = replay.record(spatial.env, spatial.controller, genotypes, ground, duration=0.05)
+    recording = replay.record(spatial.env, spatial.controller, genotypes, given, duration=0.05)
     assert recording.states.qpos.shape == (6, 2, 15)
     short: Any = dataclasses.replace(spatial.env, max_time=0.05)
-    outcome = lanes.vmap(
-        dataclasses.replace(spatial, env=short).rollout,
-        (0, Terrain(None, 0)),  # type: ignore[arg-type]
-    )(genotypes, ground)
+    rollout = dataclasses.replace(spatial, env=short).rollout
+    outcome = lanes.vmap(rollout, (0, TRIAL_AXES))(genotypes, given)
     np.testing.assert_allclose(recording.states.qpos[-1, :, 0], outcome.distance, atol=1e-5)
-
-
-def test_skeleton_of_a_body_that_stands_straight_is_a_column() -> None:
-    qpos = np.zeros((2, 9))
-    qpos[:, 1] = 0.9275
-    figures = replay.skeleton(Planar7(), qpos)
-    assert figures.shape == (2, 2, 7, 2)
-    np.testing.assert_allclose(figures[:, :, :4, 0], 0.0, atol=1e-12)
-    # papers: thigh 0.429 m, shank 0.4305 m, ankle 0.068 m over the sole
-    np.testing.assert_allclose(figures[0, 0, 1:4, 1], [0.9275, 0.4985, 0.068], atol=1e-9)
-    np.testing.assert_allclose(figures[0, 0, 4:6, 1], 0.0, atol=1e-9)
-
-
-def test_skeleton_of_a_spatial_body_that_stands_straight_is_two_columns() -> None:
-    qpos = np.zeros((1, 15))
-    qpos[:, 2] = 0.646
-    (figure,) = replay.spatial_skeleton(Flame(), qpos)
-    # flame.xml: thigh 0.3155 m, shank 0.2915 m, hip 0.646 m high and 0.083 m beside the middle,
-    # shank 14 mm inward; the foot reaches from 0.047 m behind to 0.153 m ahead of the ankle.
-    np.testing.assert_allclose(figure[:, 1:5, 2], [[0.646, 0.646, 0.3305, 0.039]] * 2, atol=1e-9)
-    np.testing.assert_allclose(figure[:, 2:5, 1], [[0.083, 0.069, 0.069], [-0.083, -0.069, -0.069]])
-    np.testing.assert_allclose(figure[:, 5:7, 0], [[-0.047, 0.153]] * 2, atol=1e-9)
-    np.testing.assert_allclose(figure[:, 5:7, 2], 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -137,7 +108,7 @@ def test_skeleton_of_a_spatial_body_that_stands_straight_is_two_columns() -> Non
     ],
 )
 def test_bad_settings_are_named(
-    options: dict[str, Any], message: str, genotypes: Any, terrain: Any
+    options: dict[str, Any], message: str, genotypes: Any, given: Any
 ) -> None:
     with pytest.raises(ValueError, match=message):
-        record(genotypes, terrain, **({"duration": 0.1} | options))
+        record(genotypes, given, **({"duration": 0.1} | options))

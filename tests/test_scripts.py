@@ -171,8 +171,8 @@ def test_walkers_that_fall_are_said_to(capsys: pytest.CaptureFixture[str]) -> No
         (GAIT, ["b", "--duration", "0.001"], "duration must be a frame at least"),
         (GAIT, ["b", "--seed", "9" * 30], "--seed must be a whole number from 0 to 4294967295"),
         (GROUNDS, ["b", "--trials", "0"], "--trials must be at least 1, got 0"),
-        (SPATIAL, ["b"], "b has the body Planar7, and this is for Flame"),
-        (REIL_TABLE, ["zoo:b"], "zoo:b has the body Planar7, and this is for Reil"),
+        (SPATIAL, ["b"], "b walks in the plane, and this is for walkers in space"),
+        (REIL_TABLE, ["zoo:b"], "zoo:b is of another study, whose trials have no distance"),
         (OSCILLATORS, ["b"], "b has no oscillators fitted to a gait"),
     ],
 )
@@ -197,14 +197,20 @@ def test_a_fit_in_which_nothing_walks_is_one_sentence(
     assert capsys.readouterr().err.startswith("script.py: zoo:b is a fit, in which nothing walks")
 
 
-@pytest.mark.parametrize("command", [DENSITY, STICKS, SPATIAL])
-def test_a_body_that_is_not_known_is_one_sentence(
-    command: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_a_body_without_angles_by_role_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _offer(monkeypatch, REIL_UNASSISTED)
     capsys.readouterr()
-    assert cli.run("script.py", command, ["zoo:b"]) == 2
-    assert capsys.readouterr().err.startswith("script.py: zoo:b has the body Reil, and this is for")
+    assert cli.run("script.py", DENSITY, ["zoo:b"]) == 2
+    assert capsys.readouterr().err.startswith("script.py: zoo:b has no angles by role; see")
+
+
+@pytest.mark.slow
+def test_every_body_has_stick_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    _offer(monkeypatch, REIL_UNASSISTED)
+    assert cli.run("script.py", STICKS, ["zoo:b", "--start", "0", "--out", "b.png"]) == 0
+    assert Path("b.png").read_bytes().startswith(b"\x89PNG")
 
 
 def _offer(monkeypatch: pytest.MonkeyPatch, experiment: Any) -> None:

@@ -16,9 +16,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from jaxtyping import Array, Float, PRNGKeyArray
+from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk import evaluation, experiments, runs, strategies, tournament, walkers
+from mjxwalk.envs import Trial, Trials
 from mjxwalk.evolution import runner
 from mjxwalk.experiments import registry
 from mjxwalk.experiments.experiment import StrategyChoice
@@ -118,16 +119,15 @@ class Toy:
         """Returns how far it moves next."""
         return roughness
 
-    def sample_trials(
-        self, key: PRNGKeyArray, num: int, roughness: float | None = None
-    ) -> Float[Array, "terrain node"]:
+    def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Trials:
         """Returns where the hidden point moves."""
         far = self.env.terrain.roughness if roughness is None else roughness
-        return far * jax.random.normal(key, (num, 1))
+        return Trials(far * jax.random.normal(key, (num, 1)))
 
-    def rollout(self, genotype: Genotype, terrain: Float[Array, " node"]) -> Outcome:
-        """Returns minus the squared distance from the point at 1 + terrain."""
-        off = jnp.sum((genotype.gain - 1 - terrain) ** 2) + (genotype.bias - 1) ** 2
+    def rollout(self, genotype: Genotype, given: Trial) -> Outcome:
+        """Returns minus the squared distance from the point at 1 + the ground's height."""
+        moved = given.ground.heights[given.ground.row]
+        off = jnp.sum((genotype.gain - 1 - moved) ** 2) + (genotype.bias - 1) ** 2
         return Outcome(
             fitness=-off,
             distance=10 - off,
@@ -168,20 +168,21 @@ class ToyEvaluator:
         self._delay_s = study.env.delay_s
         self._run = _run
 
-    def prepare(self, population: Any, heights: Any) -> None:
+    def prepare(self, population: Any, trials: Any) -> None:
         """Needs nothing."""
 
-    def evaluate(self, population: Any, heights: Float[Array, "terrain node"]) -> Outcome:
-        """Returns outcomes as numpy arrays [pop, terrain]."""
+    def evaluate(self, population: Any, trials: Trials) -> Outcome:
+        """Returns outcomes as numpy arrays [pop, trial]."""
         time.sleep(self._delay_s)
-        return jax.tree.map(np.asarray, self._run(population, heights))
+        rows = np.arange(trials.num, dtype=np.int32)
+        return jax.tree.map(np.asarray, self._run(population, trials, rows))
 
 
 @jax.jit
-@functools.partial(jax.vmap, in_axes=(0, None))
-@functools.partial(jax.vmap, in_axes=(None, 0))
-def _run(genotype: Genotype, terrain: Float[Array, " node"]) -> Outcome:
-    return Toy().rollout(genotype, terrain)
+@functools.partial(jax.vmap, in_axes=(0, None, None))
+@functools.partial(jax.vmap, in_axes=(None, None, 0))
+def _run(genotype: Genotype, trials: Trials, row: Int[Array, ""]) -> Outcome:
+    return Toy().rollout(genotype, trials.given(row))
 
 
 _ZERO = Toy(name="toys/zero")

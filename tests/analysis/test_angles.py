@@ -1,14 +1,13 @@
 """Tests of angles by role over a step."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from analysis.walking import STRIDE_FRAMES, recording, walk
 
 from mjxwalk.analysis import angles
 from mjxwalk.analysis.angles import add_steps, angle_density, empty_density, step_angles
-from mjxwalk.envs import Flame, Planar7, Terrain
-from mjxwalk.envs.flame_body import PITCH, ROLL
+from mjxwalk.envs import Flame, Planar7
+from mjxwalk.envs.bodies.flame_body import PITCH, ROLL
 from mjxwalk.replay import Recording
 
 ENV = Planar7()
@@ -83,8 +82,7 @@ def test_no_steps_have_no_mean() -> None:
 
 def test_the_roll_of_a_spatial_body_is_told_towards_the_stance_foot() -> None:
     env = Flame()
-    ground = Terrain(jnp.zeros((1, *env.terrain.num_nodes)), jnp.zeros((), jnp.int32))
-    start, frames = env.reset(ground), 600
+    start, frames = env.reset(env.level_trials().given(0)), 600
     states = jax.tree.map(lambda leaf: np.repeat(np.asarray(leaf)[None], frames, axis=0), start)
     states.qpos[:, PITCH], states.qpos[:, ROLL] = np.radians(5.0), np.radians(10.0)
     left = np.arange(frames) // 50 % 2 == 0  # roles change every half second

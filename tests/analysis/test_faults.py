@@ -1,13 +1,12 @@
 """Tests of what a gait may hide, on motions that are worked out by hand."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from mjxwalk.analysis.faults import corner_speeds, measure_faults
-from mjxwalk.envs import Flame, Terrain
-from mjxwalk.envs.flame_body import EULER, PITCH, ROLL
+from mjxwalk.envs import Flame
+from mjxwalk.envs.bodies.flame_body import EULER, PITCH, ROLL
 from mjxwalk.replay import Recording
 
 ENV = Flame()
@@ -22,8 +21,7 @@ def gliding(touching: np.ndarray) -> Recording:
     Args:
       touching: which corners touch the ground, in each frame.
     """
-    ground = Terrain(jnp.zeros((1, *ENV.terrain.num_nodes)), jnp.zeros((), jnp.int32))
-    start = ENV.reset(ground)
+    start = ENV.reset(ENV.level_trials().given(0))
     states = jax.tree.map(lambda leaf: np.repeat(np.asarray(leaf)[None], NUM, axis=0), start)
     states.qpos[:, 0], states.qpos[:, 1] = SPEED * TIME, SIDEWAYS * TIME
     states.qpos[:, PITCH], states.qpos[:, ROLL] = 0.2, np.where(np.arange(NUM) % 2, 0.1, -0.1)

@@ -51,7 +51,7 @@ def test_figure_4b_draws_the_first_group_thick() -> None:
 
 
 def test_figure_5_shows_every_figure_with_both_legs() -> None:
-    skeletons = np.random.default_rng(0).random((4, 2, 7, 2))
+    skeletons = np.random.default_rng(0).random((4, 2, 8, 3))
     figure = figures.stick_figures(skeletons, np.linspace(-1, 2, 5), np.zeros(5))
     assert len(figure.axes[0].lines) == 8
     assert written(figure)

@@ -9,7 +9,7 @@ from analysis.walking import recording, stand, walk
 
 from mjxwalk.analysis import gait
 from mjxwalk.analysis.footfalls import find_footfalls, observe
-from mjxwalk.envs import Flame, Planar7, Terrain
+from mjxwalk.envs import Flame, Planar7
 from mjxwalk.replay import Recording
 
 ENV = Planar7()
@@ -94,10 +94,9 @@ def test_spread_leaves_out_what_is_no_number() -> None:
 @pytest.mark.slow
 def test_the_spatial_body_has_footfalls_too() -> None:
     env = Flame()
-    ground = Terrain(env.terrain.sample(jax.random.key(0), 1), np.int32(0))  # type: ignore[arg-type]
-    start = env.reset(ground)
+    start = env.reset(env.sample_trials(jax.random.key(0), 1).given(0))
     states = jax.tree.map(lambda leaf: np.asarray(leaf)[None, None].repeat(3, 0), start)
-    made = Recording(np.array([[0.0], [0.01], [0.02]], np.float32), states.done, states)
+    made = Recording(np.array([[0.0], [0.01], [0.02]], np.float32), states.trial.done, states)
     (footfalls,) = find_footfalls(made, observe(made, env))
     assert not footfalls.contact[:, 0].any() and footfalls.contact[:, 1].all()
     assert not footfalls.left_stance.any()

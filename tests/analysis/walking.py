@@ -2,9 +2,10 @@
 
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
-from mjxwalk.envs import Planar7, State
+from mjxwalk.envs import Planar7
 from mjxwalk.replay import Recording
 
 FRAME = 0.01  # s
@@ -45,34 +46,21 @@ def recording(walks: list[Walk], *, fell: list[bool], work: float = 100.0) -> Re
     A shorter one has ended before the others. Each does `work` J, spread evenly over its frames.
     """
     frames, num = max(len(each.time) for each in walks), len(walks)
-    arrays = {
-        "qpos": np.zeros((frames, num, 9), np.float32),
-        "touching": np.zeros((frames, num, 4), bool),
-        "ankle_x": np.zeros((frames, num, 2), np.float32),
-        "work": np.zeros((frames, num), np.float32),
-        "num_steps": np.zeros((frames, num), np.int32),
-        "done": np.zeros((frames, num), bool),
-        "fell": np.zeros((frames, num), bool),
-    }
+    env = Planar7()
+    start = env.reset(env.level_trials().given(0))
+    states: Any = jax.tree.map(lambda leaf: np.zeros((frames, num, *leaf.shape), leaf.dtype), start)
+    counts = states.trial
     for place, each in enumerate(walks):
         size = len(each.time)
         hip = each.ankle_x.mean(axis=1)
         at = np.minimum(np.arange(frames), size - 1)
-        arrays["qpos"][:, place, 0] = hip[at]
-        arrays["touching"][:, place] = np.repeat(each.contact, 2, axis=1)[at]
-        arrays["ankle_x"][:, place] = (each.ankle_x - hip[:, None])[at]
-        arrays["work"][:, place] = np.linspace(0.0, work, size)[at]
-        arrays["num_steps"][:, place] = np.rint(each.time / Planar7().timestep)[at]
+        states.qpos[:, place, 0] = hip[at]
+        states.touching[:, place] = np.repeat(each.contact, 2, axis=1)[at]
+        states.ankle_x[:, place] = (each.ankle_x - hip[:, None])[at]
+        counts.work[:, place] = np.linspace(0.0, work, size)[at]
+        counts.num_steps[:, place] = np.rint(each.time / env.timestep)[at]
         ended = np.arange(frames) >= size - 1
-        arrays["done"][:, place] = ended
-        arrays["fell"][:, place] = ended & fell[place]
-    others = {
-        "qvel": np.zeros((frames, num, 9), np.float32),
-        "stretch": np.zeros((frames, num, 4), np.float32),
-        "flight_time": np.zeros((frames, num), np.float32),
-        "torque_cost": np.zeros((frames, num), np.float32),
-        "diverged": np.zeros((frames, num), bool),
-    }
-    time = (arrays["num_steps"] * Planar7().timestep).astype(np.float32)
-    states: Any = State(**(arrays | others))  # type: ignore[arg-type]
-    return Recording(time, arrays["done"], states)
+        counts.done[:, place] = ended
+        counts.fell[:, place] = ended & fell[place]
+    time = (counts.num_steps * env.timestep).astype(np.float32)
+    return Recording(time, counts.done, states)

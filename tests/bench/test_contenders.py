@@ -12,7 +12,7 @@ from mjxwalk.bench import bodies, contenders
 from mjxwalk.bench.evolved import Evolved
 from mjxwalk.bench.peak import Peak
 from mjxwalk.engines import lanes, lanes_xla, mjx
-from mjxwalk.envs import Terrain
+from mjxwalk.envs import Terrain, Trial
 from mjxwalk.experiments.experiment import Experiment
 from mjxwalk.rollout import Outcome
 
@@ -21,21 +21,21 @@ STUDY = dataclasses.replace(PLANAR.study(), population_size=8)
 LONG = contenders.LONGEST_ROLLOUT + 7  # more than one part
 
 
-def start(genotype: Any, terrain: Any) -> Any:
+def start(genotype: Any, given: Trial) -> Any:
     """Returns a point mass on the ground."""
-    return terrain.heights[terrain.row, 0] + 0.0 * genotype
+    return given.ground.heights[given.ground.row, 0] + 0.0 * genotype
 
 
-def advance(genotype: Any, terrain: Any, height: Any) -> Any:
+def advance(genotype: Any, given: Trial, height: Any) -> Any:
     """Returns it a little higher."""
-    del terrain
+    del given
     return height + genotype
 
 
 def climbers(size: int) -> bodies.Walkers:
     rows: Any = np.zeros(size, np.int32)
-    terrain = Terrain(np.ones((1, 3), np.float32), rows)  # type: ignore[arg-type]
-    return bodies.Walkers(start, advance, np.arange(size, dtype=np.float32), terrain)
+    trials = Trial(Terrain(np.ones((1, 3), np.float32), rows))  # type: ignore[arg-type]
+    return bodies.Walkers(start, advance, np.arange(size, dtype=np.float32), trials)
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +60,7 @@ def test_the_steps_are_taken_and_not_only_counted() -> None:
     population = climbers(5)
     for vmap in (lanes.vmap, lanes_xla.vmap, mjx.vmap):
         engine = contenders.Engine(vmap, population)
-        walked = engine.mapped(population.genotypes, population.terrain, np.int32(6))
+        walked = engine.mapped(population.genotypes, population.given, np.int32(6))
         np.testing.assert_array_equal(walked.walk, 1 + 6 * np.arange(5))
 
 
@@ -68,9 +68,9 @@ def test_the_steps_are_taken_and_not_only_counted() -> None:
 def test_the_spatial_body_walks_and_is_not_torn_apart() -> None:
     population = bodies.walkers(bodies.BODIES["spatial"], 64)
     engine = contenders.Engine(lanes.vmap, population)
-    walked = engine.mapped(population.genotypes, population.terrain, np.int32(200))
+    walked = engine.mapped(population.genotypes, population.given, np.int32(200))
     state = walked.walk.state
-    assert not state.diverged.any() and state.num_steps.tolist() == [200] * 64
+    assert not state.trial.diverged.any() and state.trial.num_steps.tolist() == [200] * 64
     assert np.ptp(state.qpos[:, 0]) > 0.01  # the weights matter
 
 
@@ -78,9 +78,9 @@ def test_the_spatial_body_walks_and_is_not_torn_apart() -> None:
 def test_walkers_that_fall_go_on_to_the_last_step(walking: contenders.Engine) -> None:
     population = bodies.walkers(PLANAR, 4)
     # Without a gait they fall within a second.
-    walked = walking.mapped(population.genotypes, population.terrain, np.int32(2000))
-    assert walked.walk.state.done.all()
-    assert walked.walk.state.num_steps.tolist() == [2000] * 4
+    walked = walking.mapped(population.genotypes, population.given, np.int32(2000))
+    assert walked.walk.state.trial.done.all()
+    assert walked.walk.state.trial.num_steps.tolist() == [2000] * 4
     assert walking(2000) == 8000
 
 
@@ -94,10 +94,10 @@ def test_a_compiled_walker_is_found_on_the_disk_again() -> None:
 class Counting(Experiment):
     """Walkers that fall after seven steps, on the first terrain after eight."""
 
-    def rollout(self, genotype: Any, terrain: Terrain) -> Outcome:
-        """Returns what one walker does on one terrain."""
+    def rollout(self, genotype: Any, given: Trial) -> Outcome:
+        """Returns what one walker does in one trial."""
         far = genotype.walking.sum()
-        fell, steps = far < 0, jnp.where(terrain.row == 0, 8, 7)
+        fell, steps = far < 0, jnp.where(given.ground.row == 0, 8, 7)
         return Outcome(far, far, far, fell, fell, far, far, steps)
 
 
@@ -120,5 +120,5 @@ def test_walkers_differ_in_their_weights_and_share_the_ground() -> None:
     population = bodies.walkers(PLANAR, 3)
     leaf = jax.tree.leaves(population.genotypes)[0]
     assert leaf.shape[0] == 3 and len(np.unique(leaf.reshape(3, -1), axis=0)) == 3
-    assert population.terrain.heights.shape[0] == 1
-    assert population.terrain.row.tolist() == [0, 0, 0]
+    assert population.given.ground.heights.shape[0] == 1
+    assert population.given.ground.row.tolist() == [0, 0, 0]

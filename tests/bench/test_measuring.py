@@ -48,7 +48,7 @@ def counters(monkeypatch: pytest.MonkeyPatch) -> None:
         return {name: Counter(size) for name in names if name not in without}
 
     def engine(vmap: Any, population: bodies.Walkers) -> Counter:
-        return Counter(len(population.terrain.row))
+        return Counter(len(population.given.ground.row))
 
     def evolved(study: Any, generations: int) -> Counter:
         return Counter(8)

@@ -13,7 +13,8 @@ import pytest
 from mjxwalk import experiments, runs
 from mjxwalk.cli import main
 from mjxwalk.controllers import LinearReactive
-from mjxwalk.envs import Planar7, planar7_body
+from mjxwalk.envs import Planar7
+from mjxwalk.envs.bodies import planar7_body
 from mjxwalk.experiments import own_body, repeating, run_config
 from mjxwalk.runs import config
 

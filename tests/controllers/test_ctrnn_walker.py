@@ -8,14 +8,13 @@ import pytest
 from mjxwalk.controllers import ctrnn
 from mjxwalk.controllers.ctrnn_walker import CtrnnWalker, Genes, Memory
 from mjxwalk.engines import lanes
-from mjxwalk.envs import Reil, Terrain
-from mjxwalk.envs.reil import Observation, State
-from mjxwalk.envs.reil_trials import usual
+from mjxwalk.envs import Reil, SpatialObservation, State
+from mjxwalk.envs.bodies.reil_trials import usual
 from mjxwalk.rollout import advance, start
 
 PAPERS = CtrnnWalker()
 FEELING = CtrnnWalker(sense=4.0)
-FLAT = Terrain(usual(), jnp.zeros((), jnp.int32))
+FLAT = usual().given(jnp.zeros((), jnp.int32))
 OTHER_SIDE = jnp.array(ctrnn.LATERAL)
 
 
@@ -32,11 +31,13 @@ def drawn(seed: int) -> Genes:
     )
 
 
-def seen(time: float, *, pitch: float = 0.0, left_down: bool = True) -> Observation:
-    return Observation(
+def seen(time: float, *, pitch: float = 0.0, left_down: bool = True) -> SpatialObservation:
+    return SpatialObservation(
         time=jnp.float32(time),
         torso=jnp.array([0.0, pitch, 0.0]),
         torso_rate=jnp.zeros(3),
+        adduction=None,
+        adduction_rate=None,
         angle=jnp.zeros((2, 4)),
         rate=jnp.zeros((2, 4)),
         contact=jnp.array([left_down, True]),
@@ -81,7 +82,7 @@ def test_a_motor_neuron_moves_its_hip_within_the_swing() -> None:
     bias = PAPERS.network(genes).oscillator.bias[0]
     outputs = 1.0 / (1.0 + np.exp(-(np.array([1.0, -1.0]) + np.asarray(bias))))
     expected = PAPERS.forward + PAPERS.swing * (outputs - 0.5)
-    np.testing.assert_allclose(targets.angle, expected, rtol=1e-4)
+    np.testing.assert_allclose(targets.target, expected, rtol=1e-4)
 
 
 def test_senses_reach_the_network_only_where_it_has_them() -> None:

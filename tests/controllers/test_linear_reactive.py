@@ -19,14 +19,14 @@ from mjxwalk.controllers.linear_reactive import (
     sense,
     stance_leg,
 )
-from mjxwalk.envs import Observation
+from mjxwalk.envs import PlanarObservation
 
 LPD = LinearReactive()
 FIL = LinearReactive(links="all")
 LEFT, RIGHT = Memory(jnp.asarray(True)), Memory(jnp.asarray(False))
 
 
-def observation(**changes: Any) -> Observation:
+def observation(**changes: Any) -> PlanarObservation:
     values: dict[str, Any] = {
         "time": 9.0,
         "pitch": 0.1,
@@ -36,10 +36,10 @@ def observation(**changes: Any) -> Observation:
         "contact": [False, True],
         "ankle_x": [0.2, -0.1],
     } | changes
-    return Observation(**{name: jnp.asarray(value) for name, value in values.items()})
+    return PlanarObservation(**{name: jnp.asarray(value) for name, value in values.items()})
 
 
-def mirrored(seen: Observation) -> Observation:
+def mirrored(seen: PlanarObservation) -> PlanarObservation:
     def swap(array: Any) -> Any:
         return array[::-1]
 

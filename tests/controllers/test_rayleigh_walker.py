@@ -17,7 +17,7 @@ from mjxwalk.controllers.rayleigh_walker import (
     Gains,
     RayleighWalker,
 )
-from mjxwalk.envs import Observation
+from mjxwalk.envs import PlanarObservation
 
 WALKER = RayleighWalker()
 LATE = 10 * RISE_TIME
@@ -30,8 +30,8 @@ def _begin(genotype: Gains) -> Clock:
 
 def _observation(
     *, contact: tuple[bool, bool] = (True, True), pitch: float = 0.0, time: float = LATE
-) -> Observation:
-    return Observation(
+) -> PlanarObservation:
+    return PlanarObservation(
         time=jnp.asarray(time),
         pitch=jnp.asarray(pitch),
         pitch_rate=jnp.zeros(()),

@@ -18,7 +18,7 @@ from mjxwalk.controllers.spatial_reactive import (
     scaled_inputs,
     sense,
 )
-from mjxwalk.envs.flame import Observation
+from mjxwalk.envs import SpatialObservation
 
 SIL = SpatialReactive()
 LPD = SpatialReactive(links="local")
@@ -26,7 +26,7 @@ FIL = SpatialReactive(links="all")
 LEFT, RIGHT = Memory(jnp.asarray(True)), Memory(jnp.asarray(False))
 
 
-def observation(**changes: Any) -> Observation:
+def observation(**changes: Any) -> SpatialObservation:
     values: dict[str, Any] = {
         "time": 9.0,
         "torso": [0.2, 0.1, -0.03],  # yaw, pitch, roll
@@ -38,10 +38,10 @@ def observation(**changes: Any) -> Observation:
         "contact": [False, True],
         "ankle_x": [0.2, -0.1],
     } | changes
-    return Observation(**{name: jnp.asarray(value) for name, value in values.items()})
+    return SpatialObservation(**{name: jnp.asarray(value) for name, value in values.items()})
 
 
-def mirrored(seen: Observation) -> Observation:
+def mirrored(seen: SpatialObservation) -> SpatialObservation:
     """Swaps left and right: legs change places, yaw and roll their signs."""
     turned = jnp.array([-1.0, 1.0, -1.0])
     return seen._replace(

@@ -19,8 +19,8 @@ from engines.lanes.cases import (
     STARTS,
     U,
     X,
+    given,
     stroll,
-    terrain,
     weights,
 )
 from jax import lax
@@ -112,7 +112,7 @@ def test_what_it_cannot_compile_it_refuses_as_the_machine_code_does() -> None:
 def test_short_trials_agree_with_the_machine_code_to_rounding() -> None:
     """A fifth of a second is before contact's chaos: 2e-5 m of some 0.3 m is 200 roundings."""
     env = dataclasses.replace(ENV, max_time=0.2)
-    args = (weights(65, 0.3), terrain(65))  # no multiple of the number of devices
+    args = (weights(65, 0.3), given(65))  # no multiple of the number of devices
     trial = functools.partial(rollout, env, CONTROLLER)
     ours, theirs = lanes_xla.vmap(trial, AXES)(*args), lanes.vmap(trial, AXES)(*args)
     assert (np.asarray(ours.fell) == theirs.fell).all()

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from mjxwalk import engines, evaluation, replay
+from mjxwalk.controllers import Controller
 from mjxwalk.engines import registry
-from mjxwalk.envs import Terrain
+from mjxwalk.envs import Trial, Trials, TrialState
 from mjxwalk.rollout import Outcome, rollout
 
 
@@ -48,12 +49,7 @@ class Sliding(NamedTuple):
 
     qpos: Any
     speed: Any
-    num_steps: Any
-    torque_cost: Any
-    work: Any
-    fell: Any
-    diverged: Any
-    done: Any
+    trial: TrialState
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,29 +58,34 @@ class Slope:
 
     timestep: float = 0.01
 
-    def reset(self, ground: Terrain) -> Sliding:
-        zero, no = jnp.zeros(()), jnp.asarray(False)
-        return Sliding(jnp.zeros(1), zero, jnp.zeros((), jnp.int32), zero, zero, no, no, no)
+    def sample_trials(self, key: Any, num: int, roughness: float | None = None) -> Trials:
+        return Trials(jax.random.uniform(key, (num, 1)))
+
+    def fitness(self, state: Sliding) -> Any:
+        return state.qpos[0]
+
+    def reset(self, given: Trial) -> Sliding:
+        return Sliding(jnp.zeros(1), jnp.zeros(()), TrialState.begin())
 
     def observe(self, state: Sliding) -> Any:
         return state.speed
 
-    def step(self, state: Sliding, action: Any, ground: Terrain) -> Sliding:
-        speed = state.speed + self.timestep * (action - ground.heights[ground.row, 0])
-        steps = state.num_steps + 1
-        return state._replace(
-            qpos=state.qpos + self.timestep * speed, speed=speed, num_steps=steps, done=steps >= 50
-        )
+    def step(self, state: Sliding, action: Any, given: Trial) -> Sliding:
+        height = given.ground.heights[given.ground.row, 0]
+        speed = state.speed + self.timestep * (action - height)
+        steps = state.trial.num_steps + 1
+        trial = state.trial._replace(num_steps=steps, done=steps >= 50)
+        return Sliding(state.qpos + self.timestep * speed, speed, trial)
 
 
 @dataclasses.dataclass(frozen=True)
-class Push:
+class Push(Controller):
     """Pushes as hard as its only weight says, less as it becomes faster."""
 
-    def init(self, genotype: Any) -> tuple[()]:
-        return ()
+    def template(self) -> Any:
+        return jnp.zeros(())
 
-    def act(self, genotype: Any, memory: Any, observation: Any) -> tuple[Any, Any]:
+    def act(self, genotype: Any, memory: Any, observation: Any, /) -> tuple[Any, Any]:
         return memory, genotype - 0.1 * observation
 
 
@@ -92,13 +93,13 @@ class Push:
 class Task:
     """The trials of both."""
 
-    def rollout(self, genotype: Any, terrain: Any) -> Outcome:
-        return rollout(Slope(), Push(), genotype, terrain)
+    def rollout(self, genotype: Any, given: Trial) -> Outcome:
+        return rollout(Slope(), Push(), genotype, given)
 
 
 PUSHES = np.array([1.0, 2.0, 3.0], np.float32)
-HEIGHTS = np.array([[0.0], [0.5]], np.float32)
-GROUND: Any = Terrain(HEIGHTS, np.array([0, 1, 0], np.int32))  # type: ignore[arg-type]
+TRIALS = Trials(np.array([[0.0], [0.5]], np.float32))
+GIVEN = TRIALS.given(np.array([0, 1, 0], np.int32))
 
 
 @pytest.fixture(autouse=True)
@@ -111,18 +112,18 @@ def plain(monkeypatch: Any) -> None:
 def test_registered_engine_evaluates_as_ours_do() -> None:
     evaluator = evaluation.make_evaluator(Task(), "plain")
     assert (evaluator.engine, evaluator.devices) == ("plain", "whatever JAX takes")
-    evaluator.prepare(PUSHES, HEIGHTS)
+    evaluator.prepare(PUSHES, TRIALS)
     assert evaluator.compile_s == 1.0
-    ours = evaluator.evaluate(PUSHES, HEIGHTS)
+    ours = evaluator.evaluate(PUSHES, TRIALS)
     assert ours.distance.shape == (3, 2) and (ours.distance[:, 0] > ours.distance[:, 1]).all()
     for engine in ("lanes", "lanes-xla", "mjx"):
-        other = evaluation.make_evaluator(Task(), engine).evaluate(PUSHES, HEIGHTS)
+        other = evaluation.make_evaluator(Task(), engine).evaluate(PUSHES, TRIALS)
         jax.tree.map(lambda x, y: np.testing.assert_allclose(x, y, rtol=1e-5), ours, other)
 
 
 def test_registered_engine_replays_as_ours_do() -> None:
     recordings = [
-        replay.record(Slope(), Push(), PUSHES, GROUND, duration=0.3, engine=engine)
+        replay.record(Slope(), Push(), PUSHES, GIVEN, duration=0.3, engine=engine)
         for engine in ("plain", "lanes", "lanes-xla", "mjx")
     ]
     for other in recordings[1:]:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mjxwalk.envs import body_file, body_xml, flame_body, planar7_body, reil_body
+from mjxwalk.envs import body_file, body_xml
 from mjxwalk.envs._mujoco import compiled as compiled_body
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.bodies import flame_body, planar7_body, reil_body
 
 CHILD = (Path(__file__).parents[2] / "docs/bodies/child.xml").read_text()
 SHIPPED = {

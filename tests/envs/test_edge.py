@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mjxwalk import experiments
-from mjxwalk.envs import Terrain, edge
+from mjxwalk.envs import Terrain, Trial, Trials, edge
 from mjxwalk.evaluation import Evaluator
 
 NAMES = ("planar-lpd", "solomon-3d", "reil-unassisted", "rayleigh-walk")
@@ -18,8 +18,8 @@ every_walker = pytest.mark.parametrize("name", NAMES)
 class Heaviest:
     """A task whose fitness is a weight, found on the first node of its terrain."""
 
-    def rollout(self, genotype: Any, terrain: Any) -> Any:
-        return genotype * terrain.heights[terrain.row, 0]
+    def rollout(self, genotype: Any, given: Trial) -> Any:
+        return genotype * given.ground.heights[given.ground.row, 0]
 
 
 def _listed(tree: Any) -> Any:
@@ -43,15 +43,15 @@ def test_numpy_arrays_and_lists_are_taken_everywhere(name: str, given: Any) -> N
     genotype = jax.tree.map(
         lambda leaf: np.full(leaf.shape, 0.1, np.float32), controller.template()
     )
-    heights = np.asarray(env.terrain.sample(jax.random.key(0), 2))
+    trials = jax.tree.map(np.asarray, env.sample_trials(jax.random.key(0), 2))
 
     def walk(taken: Any) -> Any:
         """Returns a step of the walker, each part of which gets what `taken` makes of it."""
-        ground = Terrain(taken(heights), taken(np.asarray(1)))
-        state = env.reset(ground)
+        trial = jax.tree.map(taken, trials.given(np.asarray(1)))
+        state = env.reset(trial)
         seen, memory = env.observe(taken(_zeros(state))), controller.init(taken(genotype))
         after, action = controller.act(taken(genotype), taken(_zeros(memory)), taken(_zeros(seen)))
-        stepped = env.step(taken(_zeros(state)), taken(_zeros(action)), ground)
+        stepped = env.step(taken(_zeros(state)), taken(_zeros(action)), trial)
         return state, seen, memory, after, action, stepped
 
     # Nothing is computed: what was not converted fails as it is traced.
@@ -73,10 +73,11 @@ def test_numbers_stay_what_they_are() -> None:
 def test_ground_and_weights_of_other_shapes_are_refused(name: str) -> None:
     experiment = experiments.get(name)
     env, controller = experiment.env, experiment.controller
-    heights = np.zeros((2, *env.terrain.sample(jax.random.key(0), 1).shape[1:]), np.float32)
+    heights = env.level_trials(2).heights
+    fewer = heights.shape[1] - 1
     wrong: list[tuple[Any, Any, str]] = [
         (heights[0], 0, r"heights must have shape \(terrains, "),
-        (heights[:, :5], 0, r"heights must have shape \(terrains, .* at least, got \(2, 5"),
+        (heights[:, :fewer], 0, rf"shape \(terrains, .* at least, got \(2, {fewer}[,)]"),
         (heights[:0], 0, r"heights must have shape"),
         (heights, 2, "row must be from 0 to 1, got 2"),
         (heights, 0.0, "row must be one whole number, got float32"),
@@ -84,7 +85,11 @@ def test_ground_and_weights_of_other_shapes_are_refused(name: str) -> None:
     ]
     for table, row, message in wrong:
         with pytest.raises(ValueError, match=message):
-            env.reset(Terrain(table, row))
+            env.reset(Trial(Terrain(table, row)))
+    few: Any = np.zeros(len(env.START_DEPARTURES) - 1)
+    row: Any = 0
+    with pytest.raises(ValueError, match=r"start must have shape \(\d,\), got"):
+        env.reset(Trial(Terrain(heights, row), few))
     template = jax.tree.map(np.asarray, controller.template())
     short = jax.tree.map(lambda leaf: leaf.reshape(-1)[:1], template)
     with pytest.raises(ValueError, match=r"genotype.* must have shape .*, got \(1,\)"):
@@ -102,12 +107,14 @@ def test_a_population_may_be_of_any_numbers() -> None:
     expected = [[1.0, 10.0], [2.0, 20.0]]
     for population in (np.array([1.0, 2.0]), np.array([1, 2], np.int8), jnp.array([1.0, 2.0])):
         for heights in (np.array([[1.0], [10.0]]), [[1.0], [10.0]]):
-            got: Any = evaluator.evaluate(population, heights)
+            got: Any = evaluator.evaluate(population, Trials(heights))
             np.testing.assert_array_equal(got, expected)
             assert got.dtype == np.float32
     with pytest.raises(ValueError, match="population must have genotypes in front of all leaves"):
-        evaluator.evaluate((np.ones(2), np.ones(3)), np.ones((1, 1)))
+        evaluator.evaluate((np.ones(2), np.ones(3)), Trials(np.ones((1, 1))))
     with pytest.raises(ValueError, match="population must have genotypes in front of all leaves"):
-        evaluator.evaluate(1.0, np.ones((1, 1)))
-    with pytest.raises(ValueError, match="heights must hold one terrain a row"):
-        evaluator.evaluate(np.ones(2), np.ones((0, 4)))
+        evaluator.evaluate(1.0, Trials(np.ones((1, 1))))
+    with pytest.raises(ValueError, match="trials must have trials in front of all leaves"):
+        evaluator.evaluate(np.ones(2), Trials(np.ones((0, 4))))
+    with pytest.raises(ValueError, match="trials must have trials in front of all leaves"):
+        evaluator.evaluate(np.ones(2), Trials(np.ones((3, 4)), start=np.ones((2, 3))))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mjxwalk.envs import SerpentineWalk, Terrain
-from mjxwalk.envs.flame_body import LEG_LENGTH
+from mjxwalk.envs.bodies.flame_body import LEG_LENGTH
 from mjxwalk.envs.surface import serpentine
 
 UNIT = SerpentineWalk(roughness=1.0)

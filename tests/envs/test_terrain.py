@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjxwalk.envs import RandomWalk, Terrain
-from mjxwalk.envs.planar7_body import LEG_LENGTH
+from mjxwalk.envs.bodies.planar7_body import LEG_LENGTH
 
 WALK = RandomWalk()
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import toy
 
+from mjxwalk.envs import Trials
 from mjxwalk.evolution import evolve
 from mjxwalk.evolution.ahead import Ahead
 from mjxwalk.experiments import run_config
@@ -20,7 +21,7 @@ from mjxwalk.runs import Metrics
 
 TOY = toy.Toy()
 POPULATION = jax.tree.map(lambda leaf: np.asarray(leaf)[None], TOY.template())
-TERRAINS = jnp.zeros((3, 1))
+TRIALS, OTHERS = Trials(jnp.zeros((3, 1))), Trials(jnp.full((3, 1), 0.1))
 
 
 class Slow:
@@ -30,10 +31,10 @@ class Slow:
         self.signal = threading.Event()
         self.shapes: list[int] = []
 
-    def evaluate(self, population: Any, heights: Any, /) -> Outcome:
+    def evaluate(self, population: Any, trials: Any, /) -> Outcome:
         assert self.signal.wait(60)
-        self.shapes.append(len(heights))
-        return toy.ToyEvaluator(TOY, "auto").evaluate(population, heights)
+        self.shapes.append(trials.num)
+        return toy.ToyEvaluator(TOY, "auto").evaluate(population, trials)
 
 
 class Silent:
@@ -48,15 +49,15 @@ class Silent:
 
 def test_it_compiles_beside_the_run_and_then_gives_the_same() -> None:
     slow = Slow()
-    with Ahead(lambda: slow, POPULATION, TERRAINS) as ahead:
+    with Ahead(lambda: slow, POPULATION, TRIALS) as ahead:
         ahead.start()
         ahead.start()
         ahead.check()  # neither done nor failed
         assert slow.shapes == []
         slow.signal.set()
-        outcome = ahead.evaluate(POPULATION, TERRAINS + 0.1)
+        outcome = ahead.evaluate(POPULATION, OTHERS)
     assert slow.shapes == [3, 3]
-    expected = toy.ToyEvaluator(TOY, "auto").evaluate(POPULATION, TERRAINS + 0.1)
+    expected = toy.ToyEvaluator(TOY, "auto").evaluate(POPULATION, OTHERS)
     jax.tree.map(np.testing.assert_array_equal, outcome, expected)
 
 
@@ -64,15 +65,15 @@ def test_what_fails_in_the_thread_fails_in_the_run() -> None:
     def fail() -> Slow:
         raise OSError("no compiler here")
 
-    with Ahead(fail, POPULATION, TERRAINS) as ahead:
+    with Ahead(fail, POPULATION, TRIALS) as ahead:
         with pytest.raises(OSError, match="no compiler here"):
-            ahead.evaluate(POPULATION, TERRAINS)
+            ahead.evaluate(POPULATION, TRIALS)
         with pytest.raises(OSError, match="no compiler here"):
             ahead.check()
 
 
 def test_a_thread_that_never_started_is_not_waited_for() -> None:
-    with Ahead(Slow, POPULATION, TERRAINS) as ahead:
+    with Ahead(Slow, POPULATION, TRIALS) as ahead:
         ahead.check()
 
 

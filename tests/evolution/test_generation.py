@@ -51,7 +51,7 @@ def test_fitness_is_the_mean_over_the_generation_s_terrains() -> None:
     state, _ = advance(1)
     key = jax.random.fold_in(jax.random.key(0), 1)
     _, key_terrains, _ = jax.random.split(key, 3)
-    offsets = np.asarray(TOY.sample_trials(key_terrains, 2), np.float64)
+    offsets = np.asarray(TOY.sample_trials(key_terrains, 2).heights, np.float64)
     gain = np.asarray(state.population.gain, np.float64)
     bias = np.asarray(state.population.bias, np.float64)
     squares = [((gain - 1 - off) ** 2).sum((1, 2)) + (bias - 1) ** 2 for off in offsets]

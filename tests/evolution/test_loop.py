@@ -13,6 +13,7 @@ import pytest
 import toy
 
 from mjxwalk import runs
+from mjxwalk.envs import Trials
 from mjxwalk.evolution import Evolution, RunState, evolve
 from mjxwalk.evolution.champions import choose
 from mjxwalk.evolution.elites import Elites
@@ -213,9 +214,9 @@ class Fixed:
         self._distance = np.asarray(distance, np.float32)
         self._used = 0
 
-    def evaluate(self, population: Any, heights: Any) -> Outcome:
+    def evaluate(self, population: Any, trials: Trials) -> Outcome:
         # Each call brings new terrains.
-        columns = slice(self._used, self._used + len(heights))
+        columns = slice(self._used, self._used + trials.num)
         self._used = columns.stop
         d = self._distance[np.asarray(population, int), columns]
         arrays = (d, d, np.full_like(d, 2.0), d < 1, d < 1, d, np.ones_like(d), d.astype(np.int32))

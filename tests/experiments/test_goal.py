@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from toy import Toy, ToyEvaluator
 
+from mjxwalk.envs import Trials
 from mjxwalk.evolution import Evolution, evolve
 from mjxwalk.experiments.experiment import StrategyChoice
 from mjxwalk.experiments.goal import Goal
@@ -36,13 +37,13 @@ class Scripted:
         self.falls, self.duration = falls, duration
         self.asked: list[tuple[list[int], int]] = []
 
-    def evaluate(self, population: Any, heights: Any, /) -> Outcome:
+    def evaluate(self, population: Any, trials: Trials, /) -> Outcome:
         """Returns the script's outcomes."""
         walkers = [int(walker) for walker in population]
-        self.asked.append((walkers, len(heights)))
+        self.asked.append((walkers, trials.num))
         return outcome(
             walkers,
-            [[t in self.falls[w] for t in range(len(heights))] for w in walkers],
+            [[t in self.falls[w] for t in range(trials.num)] for w in walkers],
             self.duration,
         )
 

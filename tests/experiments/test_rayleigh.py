@@ -11,6 +11,7 @@ import pytest
 
 from mjxwalk import cli, evaluation, experiments, gaits, runs, walkers
 from mjxwalk.analysis import fits
+from mjxwalk.envs import Trials
 from mjxwalk.experiments.experiment import StrategyChoice
 from mjxwalk.experiments.rayleigh import RAYLEIGH, RAYLEIGH_HARMONIC
 from mjxwalk.experiments.rayleigh_fit import RayleighFit
@@ -19,6 +20,7 @@ SHORT = (
     *("--generations", "6", "--population", "12", "--set", "cycles=2"),
     *("--set", "strategy.breeding_generations=3"),
 )
+NOWHERE = Trials(np.zeros((1, 1), np.float32)).given(0)
 BOTH = pytest.mark.parametrize("fit", [RAYLEIGH, RAYLEIGH_HARMONIC], ids=lambda fit: fit.name)
 
 
@@ -49,7 +51,7 @@ def _error(fit: RayleighFit, genotype: Any) -> float:
 @BOTH
 def test_fitness_is_minus_the_error_of_the_formula(fit: RayleighFit):
     few = _few(fit)
-    outcome = few.rollout(few.template(), None)
+    outcome = few.rollout(few.template(), NOWHERE)
     # Both sum some hundreds of single-precision terms.
     assert float(outcome.fitness) == pytest.approx(-_error(few, few.template()), rel=1e-4)
     assert int(outcome.steps) == 300
@@ -62,7 +64,7 @@ def test_both_engines_give_the_same_error(fit: RayleighFit):
     population = strategy.init(jax.random.key(0), few.template()).breeding.population
     some = jax.tree.map(lambda leaf: np.asarray(leaf)[:16], population)
     lanes, mjx = (
-        evaluation.make_evaluator(few, engine).evaluate(some, jnp.zeros((1, 1)))
+        evaluation.make_evaluator(few, engine).evaluate(some, Trials(jnp.zeros((1, 1))))
         for engine in ("lanes", "mjx")
     )
     # Some of the thesis' networks blow up, and there the last bits decide by how much.
@@ -99,7 +101,7 @@ def test_a_gait_of_the_users_own_is_fitted(tmp_path: Path):
     (tmp_path / "mine.csv").write_text("\n".join(lines))
     fit = dataclasses.replace(RAYLEIGH, gait=str(tmp_path / "mine.csv"))
     assert fit.target().name == "mine.csv"
-    assert np.isfinite(float(_few(fit).rollout(fit.template(), None).fitness))
+    assert np.isfinite(float(_few(fit).rollout(fit.template(), NOWHERE).fitness))
 
 
 def test_other_strategies_get_the_bounds_that_they_ask_for():
@@ -140,7 +142,7 @@ def test_a_fit_runs_from_the_command_line(tmp_path: Path, capsys: pytest.Capture
     assert cli.main(["tournament", str(out)]) != 0
     assert "is a fit" in capsys.readouterr().err
     # The champion is the fittest that there ever was: one genotype has one fitness.
-    again = float(champion.experiment.rollout(champion.genotype, None).fitness)
+    again = float(champion.experiment.rollout(champion.genotype, NOWHERE).fitness)
     assert again == pytest.approx(np.nanmax(run.metrics["best_fitness"]), rel=1e-4)
 
 

@@ -7,12 +7,13 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from trial_states import counted
 
 from mjxwalk import experiments
+from mjxwalk.controllers import Controller
 from mjxwalk.controllers.ctrnn_walker import CtrnnWalker
-from mjxwalk.envs import Reil, Terrain
-from mjxwalk.envs.reil import HipTargets, State
-from mjxwalk.envs.reil_trials import usual
+from mjxwalk.envs import HipTargets, Reil, State, Trial
+from mjxwalk.envs.bodies.reil_trials import usual
 from mjxwalk.experiments import run_config
 from mjxwalk.rollout import rollout
 from mjxwalk.runs import config
@@ -37,8 +38,10 @@ def test_a_steady_walker_has_to_hold_where_trials_differ_and_at_half_the_step() 
     steady = STUDY.phase("steady")
     assert not steady.env.terrain.is_usual() and steady.terrains_per_evaluation > 1
     assert steady.goal.is_fine and steady.goal.fine_factor == 2
-    trials = np.asarray(steady.sample_trials(jax.random.key(0), 50, steady.first_roughness()))
-    assert len(np.unique(trials)) == trials.size and np.abs(trials).max() <= 1.0
+    trials = steady.sample_trials(jax.random.key(0), 50, steady.first_roughness())
+    slope = trials.heights / steady.env.terrain.slope
+    drawn = np.concatenate([trials.start, trials.load[:, None], slope], axis=1)
+    assert len(np.unique(drawn)) == drawn.size == 50 * 6 and np.abs(drawn).max() <= 1.0
 
 
 def test_evolution_is_the_papers() -> None:
@@ -87,15 +90,14 @@ def test_settings_read_back_from_a_runs_file(tmp_path: Path) -> None:
         assert run_config.read(tmp_path).experiment == experiment
 
 
-class Still:
+class Still(Controller):
     """Asks the hips to stay where they are."""
 
-    def init(self, genotype: Any) -> Any:
-        """Returns nothing."""
-        del genotype
-        return jnp.zeros(())
+    def template(self) -> Any:
+        """Returns an angle for each hip."""
+        return jnp.zeros(2)
 
-    def act(self, genotype: Any, memory: Any, observation: Any) -> tuple[Any, HipTargets]:
+    def act(self, genotype: Any, memory: Any, observation: Any, /) -> tuple[Any, HipTargets]:
         """Returns the genotype as targets."""
         del observation
         return memory, HipTargets(genotype)
@@ -105,18 +107,16 @@ def test_fitness_is_the_hindmost_foots_distance_and_zero_of_a_fall_on_the_spot()
     class Fallen(Reil):
         """A body that is where it falls at once."""
 
-        def step(self, state: State, action: HipTargets, terrain: Terrain) -> State:
+        def step(self, state: State, action: HipTargets, given: Trial) -> State:
             """Returns the end of the trial."""
-            del terrain
-            return state._replace(
-                qpos=state.qpos.at[0].set(action.angle[0]),
-                ankle_x=jnp.array([0.4, -0.3]),
-                fell=jnp.ones((), bool),
-                done=jnp.ones((), bool),
+            del given
+            ended = counted(state, fell=jnp.ones((), bool), done=jnp.ones((), bool))
+            return ended._replace(
+                qpos=state.qpos.at[0].set(action.target[0]), ankle_x=jnp.array([0.4, -0.3])
             )
 
-    ground = Terrain(usual(), jnp.zeros((), jnp.int32))
-    far, near = (rollout(Fallen(), Still(), jnp.array([x, 0.0]), ground) for x in (5.0, 0.5))
+    trial = usual().given(jnp.zeros((), jnp.int32))
+    far, near = (rollout(Fallen(), Still(), jnp.array([x, 0.0]), trial) for x in (5.0, 0.5))
     np.testing.assert_allclose([far.fitness, far.distance], [4.7, 5.0], rtol=1e-6)
     np.testing.assert_allclose([near.fitness, near.distance], [0.0, 0.5], rtol=1e-6)
 
@@ -130,7 +130,7 @@ def test_tournaments_try_half_the_step_and_other_starts() -> None:
         found[name].experiment.env for name in (conditions.HALF_STEP, conditions.PERTURBED)
     )
     assert half.timestep == UNASSISTED.env.timestep / 2
-    grounds = found[conditions.PERTURBED].terrains
-    reset = jax.jit(lambda row: starts.reset(Terrain(jnp.asarray(grounds), row)))
+    perturbed = found[conditions.PERTURBED].trials
+    reset = jax.jit(lambda row: starts.reset(perturbed.given(row)))
     pushes = [float(reset(jnp.int32(row)).qvel[0]) for row in range(4)]
     assert len(set(pushes)) == 4 and max(map(abs, pushes)) <= starts.terrain.push

@@ -26,7 +26,7 @@ WALK = experiments.get("solomon-2d/walk")
 
 def step(experiment: Any, roughness: float | None = None) -> float:
     """Returns how much higher or lower each node of a terrain is than the one before."""
-    heights = experiment.sample_trials(jax.random.key(0), 3, roughness)
+    heights = experiment.sample_trials(jax.random.key(0), 3, roughness).heights
     return float(np.abs(np.diff(np.asarray(heights, np.float64), axis=1)).max())
 
 

@@ -10,7 +10,7 @@ import pytest
 from gymnasium.utils import env_checker
 
 import mjxwalk.gym
-from mjxwalk.envs import Action, Flame, Planar7, Terrain
+from mjxwalk.envs import Action, Flame, Planar7, Reil
 from mjxwalk.errors import RunError
 from mjxwalk.gym import MjxEnv, environments
 from mjxwalk.video import offscreen
@@ -60,11 +60,11 @@ def test_a_step_is_as_many_steps_of_the_body(planar: Any) -> None:
     push = jnp.array([0.3, -0.2, 0.1, -0.4, 0.9, 0.5])
     after = compiled(state, push)
     body, nothing = task.env, jnp.zeros(6)
-    ground = Terrain(state.info["terrain"], state.info["row"])
+    given = state.info["trials"].given(state.info["row"])
     action = Action(300.0 * push, nothing, nothing, jnp.full(6, 2.0))
     data, step = state.data, jax.jit(body.step)
     for _ in range(10):
-        data = step(data, action, ground)
+        data = step(data, action, given)
     np.testing.assert_allclose(after.data.qpos, data.qpos, atol=1e-5)
     assert float(after.reward) == pytest.approx(float(data.qpos[0] - state.data.qpos[0]), abs=1e-6)
 
@@ -99,11 +99,13 @@ def test_many_walkers_do_what_one_does_and_start_anew(planar: Any) -> None:
 
 @pytest.mark.slow
 def test_the_interface_is_playgrounds() -> None:
-    for body, motors, size in ((Planar7(), 6, 20), (Flame(), 7, 31)):
+    bodies = (Planar7(), 6, 20, 10), (Flame(), 7, 31, 10), (Reil(), 2, 29, 5)
+    for body, motors, size, substeps in bodies:
         task = MjxEnv(body)
         assert (task.action_size, task.observation_size) == (motors, size)
         assert task.mj_model.nv == task.mjx_model.nv
-        assert (task.dt, task.sim_dt, task.n_substeps) == (pytest.approx(0.01), 0.001, 10)
+        assert (task.dt, task.n_substeps) == (pytest.approx(0.01), substeps)
+        assert task.sim_dt == body.timestep
         state = jax.eval_shape(task.reset, jax.random.key(0))
         assert state.obs.shape == (size,)
         stepped = jax.eval_shape(task.step, state, jax.ShapeDtypeStruct((motors,), jnp.float32))
@@ -156,7 +158,7 @@ def test_walkers_in_processes_of_their_own_walk(planar: Any) -> None:
 
 
 def test_wrong_settings_are_refused() -> None:
-    with pytest.raises(ValueError, match="body must be one of Planar7, Flame, got 'Cassie'"):
+    with pytest.raises(ValueError, match="body must be one of Planar7, Flame, Reil, got 'Cassie'"):
         environments.WalkerEnv(body="Cassie")
     with pytest.raises(ValueError, match="render_mode must be rgb_array or None, got 'human'"):
         environments.WalkerEnv(render_mode="human")

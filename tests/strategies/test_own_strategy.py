@@ -11,6 +11,7 @@ import toy
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from mjxwalk import experiments, strategies
+from mjxwalk.envs import Trials
 from mjxwalk.experiments.experiment import StrategyChoice
 from mjxwalk.strategies import FitnessMetrics, Genotype, Strategy, registry, vectors
 
@@ -72,12 +73,12 @@ def test_an_experiment_makes_it_by_name_and_its_controller_s_mask_holds():
 def test_it_evolves_any_pytree_by_the_experiment_s_own_rollouts():
     experiment = toy.Toy(strategy=StrategyChoice(name=NAME, options={"sigma": 0.2}))
     strategy = experiment.make_strategy()
-    ground = jnp.zeros(1)
+    trial = Trials(jnp.zeros((1, 1))).given(jnp.zeros((), int))
 
     def generation(state: Any, key: Any) -> tuple[Any, Any]:
         key_ask, key_tell = jax.random.split(key)
         population, state = strategy.ask(key_ask, state)
-        outcome = jax.vmap(experiment.rollout, in_axes=(0, None))(population, ground)
+        outcome = jax.vmap(experiment.rollout, in_axes=(0, None))(population, trial)
         return strategy.tell(key_tell, population, outcome.fitness, state)
 
     @jax.jit

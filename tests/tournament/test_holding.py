@@ -9,6 +9,7 @@ import pytest
 import toy
 
 from mjxwalk import cli, evaluation, tournament, walkers
+from mjxwalk.envs import Trials
 from mjxwalk.evolution.generation import outer_keys
 from mjxwalk.rollout import Outcome
 from mjxwalk.tournament import holding
@@ -24,9 +25,9 @@ def grounds(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     seen: list[Any] = []
 
     class Recording(toy.ToyEvaluator):
-        def evaluate(self, population: Any, heights: Any) -> Outcome:
-            seen.append(np.asarray(heights))
-            return super().evaluate(population, heights)
+        def evaluate(self, population: Any, trials: Trials) -> Outcome:
+            seen.append(np.asarray(trials.heights))
+            return super().evaluate(population, trials)
 
     toy.install(monkeypatch)
     monkeypatch.setattr(evaluation, "make_evaluator", Recording)

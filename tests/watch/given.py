@@ -8,9 +8,11 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from mjxwalk import walkers
+from mjxwalk import forces, replay, walkers
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
+from mjxwalk.forces import Forces
+from mjxwalk.replay import Recording
 from mjxwalk.runs import folder
 from mjxwalk.runs.checkpoints import Checkpoints
 from mjxwalk.runs.trees import flatten
@@ -38,6 +40,33 @@ def cast(source: str) -> Cast:
     """Returns the walker on the ground that it is tried on."""
     found = casting.best(source)
     return dataclasses.replace(found, experiment=found.experiment.tried())
+
+
+class Recorded(NamedTuple):
+    """A walker of the zoo on its ground, frame by frame, and the forces on it."""
+
+    recording: Recording
+    forces: Forces
+    experiment: Any
+
+
+def recorded(source: str, frames_per_second: float, seconds: float) -> Recorded:
+    """Returns the first seconds of a zoo's walker, as `made` has them."""
+    given = cast(source)
+    experiment = given.experiment
+    env, controller = experiment.env, experiment.controller
+    trial = experiment.sample_trials(jax.random.key(0), 1).given(np.zeros(1, np.int32))
+    recording = replay.record(
+        env,
+        controller,
+        given.genotypes,
+        trial,
+        duration=seconds,
+        frames_per_second=frames_per_second,
+    )
+    genotype = jax.tree.map(lambda leaf: leaf[0], given.genotypes)
+    felt = forces.measure(env, controller, genotype, trial, recording, 0)
+    return Recorded(recording, felt, experiment)
 
 
 def write_page(path: Path, source: str) -> Path:

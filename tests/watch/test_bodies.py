@@ -4,12 +4,14 @@ import msgspec
 import numpy as np
 import pytest
 
-from mjxwalk.envs import Flame, Planar7
+from mjxwalk.envs import Flame, LeggedEnv, Planar7, Reil
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.watch import bodies
 from mjxwalk.watch.bodies import Body, Link
 
-BODIES = pytest.mark.parametrize("env", [Planar7(), Flame()], ids=["planar", "spatial"])
+BODIES = pytest.mark.parametrize(
+    "env", [Planar7(), Flame(), Reil()], ids=["planar", "spatial", "hips"]
+)
 
 
 def turned(quat: tuple[float, ...]) -> np.ndarray:
@@ -44,12 +46,12 @@ def _moved(
 
 
 @BODIES
-def test_links_and_shapes_are_where_mujoco_has_them(env: Planar7 | Flame) -> None:
-    body, where = bodies.describe(env), bodies.layout(env)
-    coordinates = np.random.default_rng(0).uniform(-0.7, 0.7, max(where.coordinate) + 1)
+def test_links_and_shapes_are_where_mujoco_has_them(env: LeggedEnv) -> None:
+    body, anatomy = bodies.describe(env), env.anatomy
+    coordinates = np.random.default_rng(0).uniform(-0.7, 0.7, len(anatomy.coordinates))
     model = env.model.mujoco
     data = mujoco.MjData(model)
-    data.qpos[:] = coordinates[list(where.coordinate)]
+    data.qpos[:] = coordinates[list(anatomy.joint_coordinate)]
     mujoco.mj_kinematics(model, data)
     links = place(body, coordinates)
     for index, (origin, axes) in enumerate(links):
@@ -62,9 +64,9 @@ def test_links_and_shapes_are_where_mujoco_has_them(env: Planar7 | Flame) -> Non
         origin, axes = links[part.body]
         centre = origin + axes @ np.array(part.pos)
         np.testing.assert_allclose(centre, data.geom_xpos[geom], atol=1e-5)
-    for name, point in zip(where.points, body.points, strict=True):
+    for known, point in zip(anatomy.points, body.points, strict=True):
         origin, axes = links[point.body]
-        truth = data.site(name).xpos
+        truth = data.site(known.name).xpos
         # Feet of the planar body are drawn apart, across the plane that it moves in.
         np.testing.assert_allclose(
             (origin + axes @ np.array(point.pos))[[0, 2]], truth[[0, 2]], atol=1e-5
@@ -72,30 +74,30 @@ def test_links_and_shapes_are_where_mujoco_has_them(env: Planar7 | Flame) -> Non
 
 
 @BODIES
-def test_every_joint_is_plotted_once_and_motors_are_an_actions(env: Planar7 | Flame) -> None:
+def test_every_joint_is_plotted_once_and_motors_are_an_actions(env: LeggedEnv) -> None:
     body = bodies.describe(env)
     coordinates = [angle.coordinate for angle in body.angles]
     assert len(set(coordinates)) == len(coordinates)
     motors = sorted(angle.motor for angle in body.angles if angle.motor is not None)
-    assert motors == list(range(6 if isinstance(env, Planar7) else 7))
+    assert motors == list(range(len(env.anatomy.motors)))
     names = {angle.name for angle in body.angles}
     assert {"hip", "knee", "ankle"} <= names
     assert ("adduction" in names) == isinstance(env, Flame)
 
 
 @BODIES
-def test_sticks_run_along_the_shapes(env: Planar7 | Flame) -> None:
+def test_sticks_run_along_the_shapes(env: LeggedEnv) -> None:
     body = bodies.describe(env)
     assert {stick.side for stick in body.sticks} == {"left", "right", "middle"}
     feet = [stick for stick in body.sticks if len(stick.line) == 4]
     assert len(feet) == 2
     for foot in feet:
         ankle, heel, toe, again = foot.line
-        assert ankle == again and heel[0] < 0 < toe[0]
+        assert ankle == again and heel[0] < 0 and heel[0] < toe[0]
 
 
 @BODIES
-def test_what_the_page_is_told_reads_back(env: Planar7 | Flame) -> None:
+def test_what_the_page_is_told_reads_back(env: LeggedEnv) -> None:
     body = bodies.describe(env)
     assert msgspec.json.decode(msgspec.json.encode(body), type=Body) == body
 
@@ -107,3 +109,13 @@ def test_the_planar_foot_has_a_surface() -> None:
     # planar7.xml: 0.196 m from the ankle to the toe and 0.07 m to the heel
     # in whatever order MuJoCo has put the axes
     assert np.ptp(corners, axis=0).max() == pytest.approx(0.266, abs=0.02)
+
+
+def test_a_foot_of_spheres_is_drawn_as_they_are() -> None:
+    body = bodies.describe(Reil())
+    assert {part.shape for part in body.parts} == {"box", "sphere"} and len(body.parts) == 11
+    assert [point.side for point in body.points] == ["left", "left", "right", "right"]
+    lines = [point for stick in body.sticks for point in stick.line]
+    assert np.isfinite(lines).all()
+    driven = [angle.name for angle in body.angles if angle.motor is not None]
+    assert driven == ["hip", "hip"]

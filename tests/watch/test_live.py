@@ -22,8 +22,7 @@ from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs import Metrics
 from mjxwalk.watch import bodies, live, recording, serving, tensorboard
 from mjxwalk.watch.casting import Cast
-from mjxwalk.watch.grounds import Ground
-from mjxwalk.watch.recording import Show, Take
+from mjxwalk.watch.recording import Ground, Show, Take
 from mjxwalk.watch.serving import Serving
 
 

@@ -17,7 +17,7 @@ from mjxwalk import cli
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.report import page as report
 from mjxwalk.report.parts import Page, Replay, Section
-from mjxwalk.watch import bodies, packing, page
+from mjxwalk.watch import packing, page
 
 WEB = Path(__file__).parents[2] / "web"
 EVIL = "<script>window.hacked=1</script>"
@@ -116,7 +116,7 @@ def test_links_are_drawn_where_mujoco_has_them(opened: Opened, source: str) -> N
     data = mujoco.MjData(model)
     show, series = made(source)
     moves = packing.unpack(show.series, series)["walker 0 moves"][:, 50]
-    data.qpos[:] = moves[list(bodies.layout(env).coordinate)]
+    data.qpos[:] = moves[list(env.anatomy.joint_coordinate)]
     mujoco.mj_kinematics(model, data)
     # The page works in float32, a few metres from its origin.
     np.testing.assert_allclose(ask(tab, "replay.links(0)"), data.xpos[1:], atol=1e-4)

@@ -8,7 +8,7 @@ import numpy as np
 from jax import lax
 
 from mjxwalk.controllers import LinearReactive
-from mjxwalk.envs import Planar7, RandomWalk, Terrain
+from mjxwalk.envs import TRIAL_AXES, Planar7, RandomWalk, Trial, Trials
 
 _MAPPED = np.random.default_rng(3)
 X = _MAPPED.normal(size=(37, 5)).astype(np.float32)  # not a multiple of any width
@@ -104,8 +104,8 @@ def stroll(start: Any, ground: Any, row: Any, limit: Any) -> Any:
 
 ENV = Planar7(terrain=RandomWalk(roughness=0.004), max_time=3.0)
 CONTROLLER = LinearReactive()
-AXES: Any = (0, Terrain(None, 0))  # type: ignore[arg-type]
-HEIGHTS = np.asarray(ENV.terrain.sample(jax.random.key(1), 3))
+AXES: Any = (0, TRIAL_AXES)
+TRIALS = Trials(np.asarray(ENV.terrain.sample(jax.random.key(1), 3)))
 
 
 def weights(count: int, scale: float, seed: int = 0) -> Any:
@@ -116,5 +116,5 @@ def weights(count: int, scale: float, seed: int = 0) -> Any:
     )
 
 
-def terrain(count: int) -> Terrain:
-    return Terrain(HEIGHTS, (np.arange(count) % 3).astype(np.int32))  # type: ignore[arg-type]
+def given(count: int) -> Trial:
+    return TRIALS.given((np.arange(count) % 3).astype(np.int32))

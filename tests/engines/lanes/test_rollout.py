@@ -6,10 +6,10 @@ from typing import Any
 import jax
 import numpy as np
 import pytest
-from engines.lanes.cases import AXES, CONTROLLER, ENV, HEIGHTS, terrain, weights
+from engines.lanes.cases import AXES, CONTROLLER, ENV, TRIALS, given, weights
 
 from mjxwalk.engines import lanes
-from mjxwalk.envs import State, Terrain
+from mjxwalk.envs import State, Trial
 from mjxwalk.rollout import Walk, advance, rollout, start
 
 
@@ -30,21 +30,21 @@ def take(tree: Any, which: Any) -> Any:
 def test_one_step_from_random_states_agrees_with_jax_to_rounding() -> None:
     """Accelerations reach 1e3 rad/s2 a step of 1 ms, and cancel: 2e-5 of the largest speed."""
 
-    def step(genotype: Any, ground: Terrain, qpos: Any, qvel: Any) -> State:
-        walk = start(ENV, CONTROLLER, genotype, ground)
+    def step(genotype: Any, trial: Trial, qpos: Any, qvel: Any) -> State:
+        walk = start(ENV, CONTROLLER, genotype, trial)
         state = walk.state._replace(qpos=walk.state.qpos + qpos, qvel=qvel)
-        return advance(ENV, CONTROLLER, genotype, ground, Walk(state, walk.memory)).state
+        return advance(ENV, CONTROLLER, genotype, trial, Walk(state, walk.memory)).state
 
     rng = np.random.default_rng(2)
     population = weights(500, 0.3)
     qpos = (rng.normal(size=(500, 9)) * 0.05).astype(np.float32)
     qvel = rng.normal(size=(500, 9)).astype(np.float32)
-    args = (population, terrain(500), qpos, qvel)
+    args = (population, given(500), qpos, qvel)
     got = lanes.vmap(step, (*AXES, 0, 0))(*args)
     want = jax.jit(jax.vmap(step, (*AXES, 0, 0)))(*args)
     np.testing.assert_allclose(got.qpos, want.qpos, atol=1e-5)
     np.testing.assert_allclose(got.qvel, want.qvel, atol=2e-5 * np.abs(want.qvel).max())
-    assert (got.fell == np.asarray(want.fell)).mean() > 0.99
+    assert (got.trial.fell == np.asarray(want.trial.fell)).mean() > 0.99
 
 
 @pytest.mark.slow
@@ -54,7 +54,7 @@ def test_a_thousand_outcomes_are_distributed_as_those_of_jax() -> None:
     Within 2 %: the distance of Kolmogorov and Smirnov, which two independent samples of that size
     exceed 49 times in 50, so an engine that changed the outcomes would be seen.
     """
-    args = (weights(1_000, 0.3), terrain(1_000))
+    args = (weights(1_000, 0.3), given(1_000))
     got = engine()(*args)
     want = jax.jit(jax.vmap(functools.partial(rollout, ENV, CONTROLLER), AXES))(*args)
     for name in ("distance", "duration", "torque_cost"):
@@ -67,12 +67,11 @@ def test_a_thousand_outcomes_are_distributed_as_those_of_jax() -> None:
 
 def test_outcomes_do_not_depend_on_threads_batch_or_lane() -> None:
     population = weights(97, 0.3)
-    whole = engine()(population, terrain(97))
-    for first, second in zip(bits(whole), bits(engine(1)(population, terrain(97))), strict=True):
+    whole = engine()(population, given(97))
+    for first, second in zip(bits(whole), bits(engine(1)(population, given(97))), strict=True):
         np.testing.assert_array_equal(first, second)
     which = np.random.default_rng(3).permutation(97)[:31]
-    ground = Terrain(HEIGHTS, (which % 3).astype(np.int32))  # type: ignore[arg-type]
-    some = engine()(take(population, which), ground)
+    some = engine()(take(population, which), TRIALS.given((which % 3).astype(np.int32)))
     for first, second in zip(bits(take(whole, which)), bits(some), strict=True):
         np.testing.assert_array_equal(first, second)
 
@@ -93,11 +92,10 @@ def test_ten_thousand_absurd_walkers_end_and_disturb_nobody() -> None:
         )
 
     with np.errstate(over="ignore"):
-        outcome = engine()(jax.tree.map(spoil, population), terrain(10_000))
+        outcome = engine()(jax.tree.map(spoil, population), given(10_000))
     assert np.isfinite(outcome.duration).all()
     assert (outcome.steps <= round(ENV.max_time / ENV.timestep) + 1).all()
     sane = np.flatnonzero(~strange)
-    ground = Terrain(HEIGHTS, (sane % 3).astype(np.int32))  # type: ignore[arg-type]
-    alone = engine()(take(population, sane), ground)
+    alone = engine()(take(population, sane), TRIALS.given((sane % 3).astype(np.int32)))
     for first, second in zip(bits(take(outcome, sane)), bits(alone), strict=True):
         np.testing.assert_array_equal(first, second)

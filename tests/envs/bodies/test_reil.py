@@ -9,13 +9,22 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from c_mujoco_reil import Reference, mujoco
+from trial_states import counted
 
 from mjxwalk.engines import lanes
-from mjxwalk.envs import Reil, Terrain, TrialVariation, VelocityMotor
+from mjxwalk.envs import (
+    TRIAL_AXES,
+    HipTargets,
+    Reil,
+    State,
+    Trial,
+    TrialVariation,
+    VelocityMotor,
+)
+from mjxwalk.envs.bodies.reil_body import LEG
+from mjxwalk.envs.bodies.reil_trials import usual
 from mjxwalk.envs.joint_stop import JointStop
-from mjxwalk.envs.reil import HipTargets, State
-from mjxwalk.envs.reil_body import GRAVITY, LEG
-from mjxwalk.envs.reil_trials import usual
+from mjxwalk.envs.trees import GRAVITY
 
 IMPLICIT = Reil(
     timestep=0.001,
@@ -55,7 +64,8 @@ LIMP = dataclasses.replace(
     assistance_damping=0.0,
     hips=VelocityMotor(approach=1.0, max_speed=1.0, max_torque=1e-6),
 )
-FLAT = Terrain(usual(), jnp.zeros((), jnp.int32))
+FIRST = jnp.zeros((), jnp.int32)
+FLAT = usual().given(FIRST)
 RANDOM = np.random.default_rng(5)
 IN_THE_AIR = np.array([0.3, -0.2, 3.0, 0.4, 0.2, -0.3, 0.1, 0.4, 0.5, -0.2, 0.05, -0.3, 0.7, 0.1])
 TUMBLING = RANDOM.normal(size=14)
@@ -64,21 +74,23 @@ STANDING = np.array([0.0] * 2 + [LEG + 0.12 - 0.003] + [0.0] * 11)
 
 @functools.cache
 def compiled(env: Reil) -> Any:
-    def run(state: State, targets: Any, terrain: Terrain, num: Any) -> State:
+    def run(state: State, targets: Any, trial: Trial, num: Any) -> State:
         def step(at: tuple[Any, State]) -> tuple[Any, State]:
-            return at[0] + 1, env.step(at[1], HipTargets(targets[at[0]]), terrain)
+            return at[0] + 1, env.step(at[1], HipTargets(targets[at[0]]), trial)
 
         return jax.lax.while_loop(lambda at: at[0] < num, step, (jnp.zeros((), int), state))[1]
 
-    return lanes.vmap(run, (0, None, Terrain(None, 0), None))  # type: ignore[arg-type]
+    return lanes.vmap(run, (0, None, TRIAL_AXES, None))
 
 
-def run(env: Reil, state: State, targets: Any, terrain: Terrain = FLAT) -> State:
+def run(env: Reil, state: State, targets: Any, trial: Trial = FLAT) -> State:
     """Steps a walker towards one pair of targets after the other; compiles once for all numbers."""
     num = len(targets)
     padded = np.pad(np.asarray(targets, np.float32), ((0, 2000 - num), (0, 0)))
-    state, row = jax.tree.map(lambda leaf: np.asarray(leaf)[None], (state, terrain.row))
-    after = compiled(env)(state, padded, terrain._replace(row=row), np.int32(num))
+    alone = state, trial._replace(ground=trial.ground.row)
+    state, drawn = jax.tree.map(lambda leaf: np.asarray(leaf)[None], alone)
+    drawn = drawn._replace(ground=trial.ground._replace(row=drawn.ground))
+    after = compiled(env)(state, padded, drawn, np.int32(num))
     return jax.tree.map(lambda leaf: jnp.asarray(leaf[0]), after)
 
 
@@ -115,7 +127,7 @@ def test_motion_agrees_with_c_mujoco(env: Reil, case: str) -> None:
     for target in targets:
         reference.step(target)
     state = run(env, before, targets)
-    assert not state.diverged
+    assert not state.trial.diverged
     assert reference.touched == (case != "falling")
     assert reference.hit_limit == moving  # the motors' limit is at work
     data = reference.data
@@ -123,22 +135,22 @@ def test_motion_agrees_with_c_mujoco(env: Reil, case: str) -> None:
     np.testing.assert_allclose(state.qpos, data.qpos, atol=2e-4)
     np.testing.assert_allclose(state.qvel, data.qvel, atol=1e-2)
     np.testing.assert_allclose(state.stretch, reference.stretch, atol=1e-4)
-    np.testing.assert_allclose(state.torque_cost, reference.torque_cost, rtol=2e-3, atol=1e-2)
+    np.testing.assert_allclose(state.trial.torque_cost, reference.torque_cost, rtol=2e-3, atol=1e-2)
     mujoco.mj_forward(reference.model, data)
     # The walker's are those that the last step saw.
-    np.testing.assert_allclose(state.height, data.subtree_com[1, 2], atol=4e-3)
+    np.testing.assert_allclose(state.own.height, data.subtree_com[1, 2], atol=4e-3)
     ankles = data.xpos[[data.body(f"foot_{leg}").id for leg in ("left", "right")]] - data.qpos[:3]
     np.testing.assert_allclose(state.ankle_x, ankles[:, 0], atol=6e-3)
 
 
 def test_a_load_is_a_ball_of_that_mass_in_the_trunk() -> None:
-    drawn = usual().at[0, 4].set(0.75)
+    drawn = IMPLICIT.terrain.drawn(jnp.zeros((1, 6)).at[0, 4].set(0.75))
     before = walker(IMPLICIT, IN_THE_AIR, TUMBLING)
     reference = Reference(IMPLICIT, IN_THE_AIR, TUMBLING, load=6.0)
     targets = swinging(IMPLICIT, 100)
     for target in targets:
         reference.step(target)
-    after = run(IMPLICIT, before, targets, Terrain(drawn, jnp.zeros((), jnp.int32)))
+    after = run(IMPLICIT, before, targets, drawn.given(FIRST))
     np.testing.assert_allclose(after.qpos, reference.data.qpos, atol=2e-4)
     without = run(IMPLICIT, before, targets)
     assert np.abs(np.asarray(without.qpos - after.qpos)).max() > 5e-4
@@ -157,7 +169,7 @@ def test_xla_steps_as_lanes_do() -> None:
 def test_free_flight_keeps_momentum_and_energy() -> None:
     before, num = walker(LIMP, IN_THE_AIR, TUMBLING), 2000
     after = run(LIMP, before, np.zeros((num, 2)))
-    assert not after.diverged
+    assert not after.trial.diverged
     one, other = mechanics(LIMP, before), mechanics(LIMP, after)
     mass, time = LIMP.weight / GRAVITY, num * LIMP.timestep
     fallen = one["linear"] - np.array([0.0, 0.0, mass * GRAVITY * time])
@@ -204,7 +216,7 @@ def test_a_mirrored_state_makes_the_mirrored_motion() -> None:
 
 def test_varied_starts_move_over_feet_that_stand() -> None:
     draws = np.array([[1.0, -1.0, 0.5, 1.0, 0.0, 0.0]], np.float32)
-    state = IMPLICIT.reset(Terrain(jnp.asarray(draws), jnp.zeros((), jnp.int32)))
+    state = IMPLICIT.reset(IMPLICIT.terrain.drawn(jnp.asarray(draws)).given(FIRST))
     model = IMPLICIT.model.mujoco
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = state.qpos, state.qvel
@@ -245,32 +257,35 @@ def test_every_rule_of_a_trial_ends_it() -> None:
     env = IMPLICIT
     standing = walker(env, STANDING)
     targets = np.zeros((1, 2))
-    assert not run(env, standing, targets).done
+    assert not run(env, standing, targets).trial.done
     lying = standing._replace(qpos=standing.qpos.at[2].set(-0.9))
-    flying = standing._replace(qpos=standing.qpos.at[2].add(0.2), flight_time=jnp.float32(9.0))
+    flying = standing._replace(qpos=standing.qpos.at[2].add(0.2))
+    flying = counted(flying, flight_time=jnp.float32(9.0))
     turned = standing._replace(qpos=standing.qpos.at[3].set(-1.01))
     for state in (lying, flying, turned):
-        after = run(env, state, targets)
+        after = run(env, state, targets).trial
         assert after.fell and after.done and not after.diverged
     there = standing._replace(qpos=standing.qpos.at[0].set(20.1))
-    late = standing._replace(num_steps=jnp.int32(39_999), qpos=standing.qpos.at[0].set(15.0))
-    stalled = standing._replace(num_steps=jnp.int32(6_100))  # 6 s for 0.25 m/s to be 1.5 m ahead
-    still = standing._replace(still_time=jnp.float32(9.0))
+    late = counted(standing, num_steps=jnp.int32(39_999))
+    late = late._replace(qpos=standing.qpos.at[0].set(15.0))
+    stalled = counted(standing, num_steps=jnp.int32(6_100))  # 6 s for 0.25 m/s to be 1.5 m ahead
+    still = standing._replace(own=standing.own._replace(still_time=jnp.float32(9.0)))
     for state in (there, late, stalled, still):
-        after = run(env, state, targets)
+        after = run(env, state, targets).trial
         assert after.done and not after.fell
     restless = run(env, still, np.full((1, 2), 0.1))
-    assert not restless.done
+    assert not restless.trial.done
 
 
 def test_who_falls_before_a_step_is_done_has_no_fitness() -> None:
     env = Reil()
     state = walker(env, STANDING)
     near, far = (state._replace(qpos=state.qpos.at[0].set(x)) for x in (0.2, 3.0))
-    assert env.fitness(near._replace(fell=jnp.ones((), bool))) == 0.0
+    assert env.fitness(counted(near, fell=jnp.ones((), bool))) == 0.0
     np.testing.assert_allclose(env.fitness(near), 0.2)
     # The hindmost foot counts.
-    astride = far._replace(fell=jnp.ones((), bool), ankle_x=jnp.array([0.3, -0.4]))
+    astride = counted(far, fell=jnp.ones((), bool))
+    astride = astride._replace(ankle_x=jnp.array([0.3, -0.4]))
     np.testing.assert_allclose(env.fitness(astride), 2.6, rtol=1e-6)
 
 
@@ -278,7 +293,7 @@ def test_who_falls_before_a_step_is_done_has_no_fitness() -> None:
 def test_physics_that_diverges_ends_the_walker_at_its_last_sound_state(absurd: float) -> None:
     before = walker(IMPLICIT)
     after = run(IMPLICIT, before, np.full((1, 2), absurd))
-    assert np.isfinite(after.qpos).all() and np.isfinite(after.torque_cost)
+    assert np.isfinite(after.qpos).all() and np.isfinite(after.trial.torque_cost)
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from c_mujoco_flame import LEFT, TIE, Reference, mujoco
+from trial_states import counted
 
-from mjxwalk.envs import Flame, SerpentineWalk, Terrain
-from mjxwalk.envs.flame import Action, State
-from mjxwalk.envs.flame_body import GRAVITY, LEG_LENGTH, MODEL_PATH
+from mjxwalk.envs import Action, Flame, SerpentineWalk, State, Terrain, Trial
+from mjxwalk.envs.bodies.flame_body import LEG_LENGTH, MODEL_PATH
+from mjxwalk.envs.trees import GRAVITY
 
 LEVEL = SerpentineWalk(roughness=0.0, length=10.0, width=2.0)
 IMPLICIT = Flame(
@@ -20,7 +21,7 @@ IMPLICIT = Flame(
 )
 EXPLICIT = dataclasses.replace(IMPLICIT, integrator="explicit", timestep=0.00002)
 LIMP = dataclasses.replace(EXPLICIT, ankle_roll_stiffness=0.0, ankle_roll_damping=0.0)
-FLAT = Terrain(jnp.zeros((1, 100, 20)), jnp.zeros((), jnp.int32))
+FLAT = Trial(Terrain(jnp.zeros((1, 100, 20)), jnp.zeros((), jnp.int32)))
 KEY = np.random.default_rng(5)
 IN_THE_AIR = np.array(
     [0.3, -0.2, 3.0, 0.4, 0.2, -0.3, 0.08, 0.4, 0.5, -0.2, 0.1, -0.3, 0.7, 0.1, -0.2]
@@ -88,7 +89,7 @@ def test_motion_agrees_with_c_mujoco(env: Flame, case: str) -> None:
     for i in range(num):
         reference.step(*(np.asarray(part[i], np.float64) for part in plan))
     state = run(env, before, plan)
-    assert state.touching.any() == (case != "falling") and not state.diverged
+    assert state.touching.any() == (case != "falling") and not state.trial.diverged
     data = reference.data
     np.testing.assert_array_equal(data.qpos[11], data.qpos[6])
     # float32 keeps heights to 6e-8 m, so a corner's spring of 12,500 N/m errs by 1e-3 N, on feet
@@ -96,7 +97,7 @@ def test_motion_agrees_with_c_mujoco(env: Flame, case: str) -> None:
     np.testing.assert_allclose(state.qpos, data.qpos[LEFT], atol=2e-4)
     np.testing.assert_allclose(state.qvel, data.qvel[LEFT], atol=2e-2)
     np.testing.assert_allclose(state.stretch, reference.stretch, atol=1e-4)
-    np.testing.assert_allclose(state.torque_cost, reference.torque_cost, rtol=1e-3, atol=1e-4)
+    np.testing.assert_allclose(state.trial.torque_cost, reference.torque_cost, rtol=1e-3, atol=1e-4)
     ankles = data.xpos[[data.body(f"0/foot_{leg}").id for leg in ("left", "right")]] - data.qpos[:3]
     heading = np.array([np.cos(data.qpos[3]), np.sin(data.qpos[3]), 0.0])
     # The walker's are those that the last step saw, up to 1 ms at some 3 m/s ago.
@@ -133,7 +134,7 @@ def test_shared_adduction_moves_as_under_an_equality_constraint_of_c_mujoco() ->
 def test_free_flight_keeps_momentum_and_energy() -> None:
     before, num = walker(LIMP, IN_THE_AIR, TUMBLING), 5000
     after = run(LIMP, before, actions(num))
-    assert not after.diverged
+    assert not after.trial.diverged
     one, other = mechanics(LIMP, before), mechanics(LIMP, after)
     mass, time = LIMP.weight / GRAVITY, num * LIMP.timestep
     fallen = one["linear"] - np.array([0.0, 0.0, mass * GRAVITY * time])
@@ -196,7 +197,7 @@ def test_the_ankles_roll_back_by_themselves() -> None:
     tilted[[10, 14]] = 0.3, -0.2
     after = run(IMPLICIT, walker(IMPLICIT, tilted), actions(200))
     assert np.all(np.abs(np.asarray(after.qpos)[[10, 14]]) < 0.02)
-    assert after.torque_cost == 0.0  # springs are no motors
+    assert after.trial.torque_cost == 0.0  # springs are no motors
 
 
 def test_walker_starts_on_its_right_foot_that_stands_still() -> None:
@@ -217,7 +218,7 @@ def test_walker_starts_on_its_right_foot_that_stands_still() -> None:
     ankles = [data.body(foot).xpos[0] for foot in ("foot_left", "foot_right")]
     np.testing.assert_allclose(state.ankle_x, ankles, atol=1e-6)
     after = run(env, state, actions(1))
-    assert not after.done and env.observe(after).contact.tolist() == [False, True]
+    assert not after.trial.done and env.observe(after).contact.tolist() == [False, True]
 
 
 def test_settings_agree_with_the_model_file() -> None:
@@ -233,22 +234,23 @@ def test_settings_agree_with_the_model_file() -> None:
 def test_every_rule_of_a_trial_ends_it() -> None:
     env = Flame(terrain=LEVEL)
     standing = walker(env, STANDING)
-    assert not run(env, standing, actions(1)).done
+    assert not run(env, standing, actions(1)).trial.done
     falls = [standing._replace(qpos=standing.qpos.at[2].set(0.554))]
     for angle, limit in ((3, env.max_yaw), (4, env.max_pitch), (5, env.max_roll)):
         for sign in (-1.0, 1.0):
             falls.append(standing._replace(qpos=standing.qpos.at[angle].set(sign * limit * 1.01)))
     high = standing.qpos.at[2].add(0.2)
-    falls.append(standing._replace(qpos=high, flight_time=jnp.float32(0.0095)))
+    falls.append(counted(standing._replace(qpos=high), flight_time=jnp.float32(0.0095)))
     for state in falls:
-        after = run(env, state, actions(1))
+        after = run(env, state, actions(1)).trial
         assert after.fell and after.done and not after.diverged
-    spent = standing._replace(torque_cost=jnp.float32(env.torque_budget))
-    late = standing._replace(num_steps=jnp.int32(59_999), qpos=standing.qpos.at[0].set(20.0))
+    spent = counted(standing, torque_cost=jnp.float32(env.torque_budget))
+    late = counted(standing, num_steps=jnp.int32(59_999))
+    late = late._replace(qpos=standing.qpos.at[0].set(20.0))
     # Four seconds for 0.25 m/s to be 1 m ahead.
-    stalled = standing._replace(num_steps=jnp.int32(4_400))
+    stalled = counted(standing, num_steps=jnp.int32(4_400))
     for state in (spent, late, stalled):
-        after = run(env, state, actions(1))
+        after = run(env, state, actions(1)).trial
         assert after.done and not after.fell
 
 
@@ -256,9 +258,10 @@ def test_every_rule_of_a_trial_ends_it() -> None:
 def test_physics_that_diverges_ends_the_walker_at_its_last_sound_state(absurd: float) -> None:
     before = walker(IMPLICIT)
     after = run(IMPLICIT, before, actions(1, torque=absurd))
-    assert after.diverged and after.fell and after.done
+    trial = after.trial
+    assert trial.diverged and trial.fell and trial.done
     np.testing.assert_array_equal(after.qpos, before.qpos)
-    assert np.isfinite(after.torque_cost)
+    assert np.isfinite(trial.torque_cost)
 
 
 @pytest.mark.parametrize(

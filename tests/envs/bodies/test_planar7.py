@@ -9,13 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from c_mujoco import Reference, mujoco
+from trial_states import counted
 
-from mjxwalk.envs import Action, Planar7, RandomWalk, State, Terrain
-from mjxwalk.envs.planar7_body import GRAVITY, LEG_LENGTH, MODEL_PATH, SOLE_DEPTH
+from mjxwalk.envs import Action, Planar7, RandomWalk, State, Terrain, Trial
+from mjxwalk.envs.bodies.planar7_body import LEG_LENGTH, MODEL_PATH, SOLE_DEPTH
+from mjxwalk.envs.trees import GRAVITY
 
 IMPLICIT = Planar7(terrain=RandomWalk(roughness=0.0), min_hip_height=0.01, max_flight_time=9.0)
 EXPLICIT = dataclasses.replace(IMPLICIT, integrator="explicit", timestep=0.0002)
-FLAT = Terrain(jnp.zeros((1, IMPLICIT.terrain.num_nodes)), jnp.zeros((), jnp.int32))
+FLAT = Trial(Terrain(jnp.zeros((1, IMPLICIT.terrain.num_nodes)), jnp.zeros((), jnp.int32)))
 IN_THE_AIR = np.array([0.0, 3.0, 0.1, 0.3, 0.5, -0.2, -0.3, 0.7, 0.1])
 
 
@@ -119,8 +121,8 @@ def test_motor_work_becomes_energy_in_free_flight() -> None:
     # m g^2 dt t / 2 in free fall, 0.027 J of the 0.85 J here.
     mass, time = EXPLICIT.weight / GRAVITY, 200 * EXPLICIT.timestep
     drift = mass * GRAVITY**2 * EXPLICIT.timestep * time / 2
-    np.testing.assert_allclose(state.work, gained + drift, rtol=0.01)
-    np.testing.assert_allclose(state.torque_cost, 40.0 * 200 * EXPLICIT.timestep, rtol=1e-5)
+    np.testing.assert_allclose(state.trial.work, gained + drift, rtol=0.01)
+    np.testing.assert_allclose(state.trial.torque_cost, 40.0 * 200 * EXPLICIT.timestep, rtol=1e-5)
 
 
 def test_swapped_legs_make_the_swapped_motion() -> None:
@@ -180,31 +182,34 @@ def test_a_low_hip_a_pitched_torso_and_a_long_flight_are_falls_and_a_standstill_
     step = jax.jit(env.step)
     standing = walker(env)
     nothing = torque_action(np.zeros(6))
-    assert not step(standing, nothing, FLAT).done
+    assert not step(standing, nothing, FLAT).trial.done
     low = standing._replace(qpos=standing.qpos.at[1].set(0.77))
     pitched = standing._replace(qpos=standing.qpos.at[2].set(1.1))
-    high = standing._replace(qpos=standing.qpos.at[1].add(0.2), flight_time=jnp.asarray(0.0015))
+    high = standing._replace(qpos=standing.qpos.at[1].add(0.2))
+    high = counted(high, flight_time=jnp.asarray(0.0015))
     for state in (low, pitched, high):
-        after = step(state, nothing, FLAT)
+        after = step(state, nothing, FLAT).trial
         assert after.fell and after.done and not after.diverged
-    spent = standing._replace(torque_cost=jnp.asarray(env.torque_budget))
-    late = standing._replace(num_steps=jnp.asarray(29_999), qpos=standing.qpos.at[0].set(20.0))
+    spent = counted(standing, torque_cost=jnp.asarray(env.torque_budget))
+    late = counted(standing, num_steps=jnp.asarray(29_999))
+    late = late._replace(qpos=standing.qpos.at[0].set(20.0))
     # Four seconds for 0.25 m/s to be 1 m ahead.
-    stalled = standing._replace(num_steps=jnp.asarray(4_001))
+    stalled = counted(standing, num_steps=jnp.asarray(4_001))
     for state in (spent, late, stalled):
-        after = step(state, nothing, FLAT)
+        after = step(state, nothing, FLAT).trial
         assert after.done and not after.fell
-    slow = standing._replace(num_steps=jnp.asarray(3_990))
-    assert not step(slow, nothing, FLAT).done
+    slow = counted(standing, num_steps=jnp.asarray(3_990))
+    assert not step(slow, nothing, FLAT).trial.done
 
 
 @pytest.mark.parametrize("absurd", [np.nan, np.inf, 1e30])
 def test_physics_that_diverges_ends_the_walker_at_its_last_sound_state(absurd: float) -> None:
     before = walker(IMPLICIT)
     after = stepper(IMPLICIT)(before, np.full(6, absurd))
-    assert after.diverged and after.fell and after.done
+    trial = after.trial
+    assert trial.diverged and trial.fell and trial.done
     np.testing.assert_array_equal(after.qpos, before.qpos)
-    assert np.isfinite(after.torque_cost)
+    assert np.isfinite(trial.torque_cost)
 
 
 @pytest.mark.parametrize(
