@@ -1,6 +1,6 @@
 """What strategies tell of a generation; all of them have its summary of fitness, as `fitness`."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
@@ -24,6 +24,14 @@ class FitnessSummary(NamedTuple):
     num_nan: Int[Array, ""]
 
 
+def _best_fitness(metrics: Any) -> Float[Array, ""]:
+    return metrics.fitness.best_fitness
+
+
+# What callers read most, at hand in every strategy's metrics.
+best_fitness = property(_best_fitness, doc="Highest finite fitness of the generation.")
+
+
 class FitnessMetrics(NamedTuple):
     """Scalars about the generation told by a strategy that has none of its own to add.
 
@@ -32,6 +40,7 @@ class FitnessMetrics(NamedTuple):
     """
 
     fitness: FitnessSummary
+    best_fitness = best_fitness
 
 
 class SearchMetrics(NamedTuple):
@@ -44,6 +53,7 @@ class SearchMetrics(NamedTuple):
 
     fitness: FitnessSummary
     sigma: Float[Array, ""]
+    best_fitness = best_fitness
 
 
 def measure_search(fitness: Float[Array, " pop"], sigma: Float[Array, "*dim"]) -> SearchMetrics:
