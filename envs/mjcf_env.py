@@ -10,7 +10,8 @@ from mjxwalk.envs import body_file, checks, dynamics, mjcf_body
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import SoftContact
 from mjxwalk.envs.joint_stop import JointStop
-from mjxwalk.envs.legged import LeggedEnv, Sprung
+from mjxwalk.envs.legged import LeggedEnv
+from mjxwalk.envs.legged_body import Sprung
 from mjxwalk.envs.observation import PlanarObservation, SpatialObservation
 from mjxwalk.envs.state import State
 from mjxwalk.envs.surface import SerpentineWalk

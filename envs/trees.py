@@ -111,6 +111,8 @@ class PlanarTree(NamedTuple):
             site = model.site(each.name).id
             body = int(model.site_bodyid[site])
             point = now.data.site_xpos[site]
+            if each.radius:
+                point = point.at[2].add(-each.radius)
             offset = dynamics.point_offset(now.data, point)
             velocity = dynamics.point_velocity(now.data, body, offset)
             ground = soil.shape.height(soil.terrain, state.qpos[0] + point[0])
@@ -177,8 +179,9 @@ class FloatingTree(NamedTuple):
         bodies = np.array([self.model.mujoco.body(point.body).id for point in points])
         places = np.array([point.offset for point in points], np.float32)
         offsets = data.xpos[bodies] + (data.xmat[bodies] @ places[:, :, None])[:, :, 0]
-        if points[0].radius:
-            offsets -= points[0].radius * axes[2]
+        radii = np.array([point.radius for point in points], np.float32)
+        if radii.any():
+            offsets -= radii[:, None] * axes[2]
         velocities = jax.vmap(lambda motion, r: motion[3:] + jnp.cross(motion[:3], r))(
             data.cvel[bodies], offsets
         )

@@ -17,7 +17,8 @@ from mjxwalk.envs.bodies import flame_body
 from mjxwalk.envs.bodies.flame_body import ADDUCTION, EULER, PITCH, ROLL
 from mjxwalk.envs.contact import SoftContact
 from mjxwalk.envs.joint_stop import JointStop
-from mjxwalk.envs.legged import LeggedEnv, Sprung
+from mjxwalk.envs.legged import LeggedEnv
+from mjxwalk.envs.legged_body import Sprung
 from mjxwalk.envs.observation import SpatialObservation
 from mjxwalk.envs.own_laws import AlongHeading
 from mjxwalk.envs.state import State

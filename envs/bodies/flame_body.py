@@ -17,7 +17,7 @@ from mjxwalk.envs import body_file, body_legs, dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.anatomy import HINGE, LEGS, SLIDE, Anatomy, Sense, Strength, derive
 from mjxwalk.envs.body_contract import Contract, Joint, Link
-from mjxwalk.envs.legged import Sprung
+from mjxwalk.envs.legged_body import Sprung
 from mjxwalk.envs.motor import Springs
 
 MODEL_PATH = Path(__file__).with_name("flame.xml")

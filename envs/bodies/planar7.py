@@ -20,7 +20,8 @@ from mjxwalk.envs.bodies import planar7_body
 from mjxwalk.envs.bodies.planar7_body import Masses
 from mjxwalk.envs.contact import SoftContact
 from mjxwalk.envs.joint_stop import JointStop
-from mjxwalk.envs.legged import LeggedEnv, Sprung
+from mjxwalk.envs.legged import LeggedEnv
+from mjxwalk.envs.legged_body import Sprung
 from mjxwalk.envs.observation import PlanarObservation
 from mjxwalk.envs.state import State
 from mjxwalk.envs.terrain import RandomWalk

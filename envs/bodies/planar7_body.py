@@ -10,7 +10,7 @@ from mjxwalk.envs import body_file, body_legs, dynamics
 from mjxwalk.envs._mujoco import compiled
 from mjxwalk.envs.anatomy import HINGE, LEGS, SLIDE, Anatomy, Sense, Strength, derive
 from mjxwalk.envs.body_contract import Contract, Joint, Link
-from mjxwalk.envs.legged import Sprung
+from mjxwalk.envs.legged_body import Sprung
 
 MODEL_PATH = Path(__file__).with_name("planar7.xml")
 JOINTS = ("hip", "knee", "ankle")

@@ -14,7 +14,7 @@ import numpy as np
 from mjxwalk.envs import dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.anatomy import LEGS, Anatomy, Sense, Strength, derive
-from mjxwalk.envs.legged import Sprung
+from mjxwalk.envs.legged_body import Sprung
 
 MODEL_PATH = Path(__file__).with_name("reil.xml")
 SPHERES = tuple(f"{end}_{leg}" for leg in LEGS for end in ("heel", "toe"))
