@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
 from matplotlib.figure import Figure
 
 from mjxwalk.analysis import figures
@@ -30,7 +30,7 @@ class Sticks(NamedTuple):
 def find(
     env: LeggedEnv,
     qpos: Float[np.ndarray, "figure coordinate"],
-    heights: Float[np.ndarray, "..."],
+    heights: Float[np.ndarray, "..."] | Float[Array, "..."],
 ) -> Sticks:
     """Returns a body in each of some poses.
 
