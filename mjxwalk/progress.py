@@ -8,19 +8,24 @@ from mjxwalk.runs import Metrics, Result
 
 
 @runtime_checkable
-class Progress(Protocol):
-    """Shows a run."""
-
-    def start(self, path: Path, config: Config, evaluator: Any, /) -> None:
-        """Shows what is about to run."""
-        ...
+class Reporter(Protocol):
+    """Shows how a run gets on."""
 
     def generation(self, line: Metrics, /) -> None:
         """Shows a generation that has been evaluated."""
         ...
 
     def say(self, text: str, /) -> None:
-        """Shows a sentence."""
+        """Shows a sentence that the user should know."""
+        ...
+
+
+@runtime_checkable
+class Progress(Reporter, Protocol):
+    """Shows a run from its start to its champion."""
+
+    def start(self, path: Path, config: Config, evaluator: Any, /) -> None:
+        """Shows what is about to run."""
         ...
 
     def close(self) -> None:

@@ -67,6 +67,15 @@ class Outcome(NamedTuple):
     steps: Int[Array, "*batch"]
 
 
+@runtime_checkable
+class TrialRunner(Protocol):
+    """Runs the trials of a population: every genotype in every trial."""
+
+    def evaluate(self, population: Any, trials: Trials, /) -> Outcome:
+        """Returns the outcomes as numpy arrays [pop, trial]."""
+        ...
+
+
 class Walk(NamedTuple):
     """A walker in the middle of a trial.
 

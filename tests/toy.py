@@ -18,16 +18,18 @@ import numpy as np
 import pytest
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from mjxwalk import evaluation, experiments, runs, strategies, tournament, walkers
+from mjxwalk import evaluation, evolution, experiments, runs, strategies, tournament, walkers
 from mjxwalk.envs import Trial, Trials
-from mjxwalk.evolution import runner
+from mjxwalk.evolution import Reporter, RunRecorder, runner
 from mjxwalk.experiments import registry
 from mjxwalk.experiments.experiment import StrategyChoice
 from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.pruning import Pruning
+from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.study import Study
 from mjxwalk.experiments.study_config import StudyConfig
 from mjxwalk.rollout import Outcome
+from mjxwalk.runs import Metrics, Result, result
 
 GENERATION_STEPS = 100  # physics steps that each trial claims
 
@@ -183,6 +185,37 @@ class ToyEvaluator:
 @functools.partial(jax.vmap, in_axes=(None, None, 0))
 def _run(genotype: Genotype, trials: Trials, row: Int[Array, ""]) -> Outcome:
     return Toy().rollout(genotype, trials.given(row))
+
+
+class Silent:
+    """Takes down what is said, and shows nothing."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def generation(self, line: Metrics, /) -> None:
+        """Does nothing."""
+
+    def say(self, text: str, /) -> None:
+        """Takes it down."""
+        self.said.append(text)
+
+
+def evolve(path: Path, settings: Config, reporter: Reporter | None = None, **others: Any) -> Result:
+    """Evolves a toy in its folder, or goes on with it.
+
+    Args:
+      path: of the folder, which holds the settings.
+      settings: of the run.
+      reporter: is told of each generation; None for nobody.
+      others: arguments of `mjxwalk.evolution.evolve`.
+    """
+    evaluator = ToyEvaluator(settings.experiment, "auto")
+    with RunRecorder(path, settings, reporter or Silent()) as recorder:
+        evolution.evolve(settings, evaluator, recorder, **others)
+    finished = result.read(path)
+    assert finished is not None
+    return finished
 
 
 _ZERO = Toy(name="toys/zero")

@@ -1,6 +1,7 @@
 """`mjxwalk evolve` and `mjxwalk resume`."""
 
 import dataclasses
+import functools
 import os
 import sys
 from collections.abc import Callable
@@ -14,10 +15,9 @@ from mjxwalk.cli.following import Following
 from mjxwalk.errors import Interrupted, RunError
 
 if TYPE_CHECKING:
-    from mjxwalk.cli.interrupt import Interrupt
-    from mjxwalk.progress import Progress
+    from mjxwalk.evolution.runner import Runner
 
-Job = Callable[["Progress", "Interrupt"], None]
+Job = Callable[["Runner"], None]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -37,28 +37,18 @@ class Evolve(EvolveArguments):
         if not self.distributed:  # the first of several processes may have made it by now
             folder.check_free(path)
         is_study = self.experiment in experiments.studies()
-        job = self._evolve_study(path) if is_study else self._evolve_run(path)
-        return _work(path, job, self)
+        job = self._evolve_study if is_study else self._evolve_run
+        return _work(path, functools.partial(job, path), self)
 
-    def _evolve_run(self, path: Path) -> Job:
-        def job(progress: "Progress", interrupt: "Interrupt") -> None:
-            from mjxwalk.cli.choosing import choose_run
-            from mjxwalk.evolution import runner
+    def _evolve_run(self, path: Path, runner: "Runner") -> None:
+        from mjxwalk.cli.choosing import choose_run
 
-            settings, given = choose_run(self)
-            stopping = interrupt.requested
-            runner.begin(path, settings, given, progress, stopping, is_shared=self.distributed)
+        runner.evolve_run(path, *choose_run(self))
 
-        return job
+    def _evolve_study(self, path: Path, runner: "Runner") -> None:
+        from mjxwalk.cli.choosing import choose_study
 
-    def _evolve_study(self, path: Path) -> Job:
-        def job(progress: "Progress", interrupt: "Interrupt") -> None:
-            from mjxwalk.cli.choosing import choose_study
-            from mjxwalk.evolution import runner
-
-            runner.begin_study(path, choose_study(self), progress, interrupt.requested)
-
-        return job
+        runner.evolve_study(path, choose_study(self))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -94,14 +84,11 @@ class Resume(Together, Following):
         elif self.distributed:
             raise RunError(f"{path} is a study; --distributed is for a run")
 
-        def job(progress: "Progress", interrupt: "Interrupt") -> None:
-            from mjxwalk.evolution import runner
-
+        def job(runner: "Runner") -> None:
             if is_study:
-                runner.resume_study(path, progress, interrupt.requested)
+                runner.resume_study(path)
             else:
-                stopping = interrupt.requested
-                runner.resume(path, progress, stopping, is_shared=self.distributed)
+                runner.resume_run(path)
 
         return _work(path, job, self)
 
@@ -124,10 +111,11 @@ def _work(path: Path, job: Job, together: Evolve | Resume) -> int:
     with Interrupt(progress.say, is_raised=not together.distributed) as interrupt:
         try:
             from mjxwalk import engines
+            from mjxwalk.evolution.runner import Runner
 
             engines.prepare()
-            together.join()
-            job(progress, interrupt)
+            processes = together.join()
+            job(Runner(progress=progress, stopping=interrupt.requested, processes=processes))
             return 0
         except RunError as error:
             if not together.distributed:

@@ -2,7 +2,7 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -23,6 +23,9 @@ from mjxwalk.cli.following import Following
 from mjxwalk.errors import RunError, near
 from mjxwalk.experiments.scaling import LARGEST
 
+if TYPE_CHECKING:
+    from mjxwalk.evolution.processes import Processes
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Together:
@@ -31,9 +34,10 @@ class Together:
     Attributes:
       distributed: evaluate a part of each population, while the other processes that were given
         this same command evaluate the others.
-      coordinator: HOST:PORT of the first process; Slurm, Open MPI and TPUs tell it by themselves.
-      processes: how many there are; likewise.
-      process: number of this one, from 0, which writes the run; likewise.
+      coordinator: HOST:PORT of the first process (detected under Slurm, Open MPI, TPU).
+      processes: total number of processes (detected under Slurm, Open MPI, TPU).
+      process: number of this process; number 0 writes the run (detected under Slurm, Open MPI,
+        TPU).
     """
 
     distributed: bool = False
@@ -41,19 +45,20 @@ class Together:
     processes: NumberOrCluster = None
     process: NumberOrCluster = None
 
-    def join(self) -> None:
-        """Waits for the other processes, if there are any.
+    def join(self) -> "Processes":
+        """Waits for the other processes, if there are any, and returns them.
 
         Raises:
           RunError: they cannot be reached.
         """
-        if self.distributed:
-            from mjxwalk.evolution import team
+        from mjxwalk.evolution import distributed, processes
 
-            team.join(self.coordinator, self.processes, self.process)
+        if not self.distributed:
+            return processes.Processes()
+        return distributed.join(self.coordinator, self.processes, self.process)
 
     def check_together(self) -> None:
-        """Raises RunError if something is told of other processes, and not that there are any."""
+        """Raises RunError if other processes are described, and --distributed is not given."""
         for flag in ("coordinator", "processes", "process"):
             if getattr(self, flag) is not None and not self.distributed:
                 raise RunError(f"--{flag} is for a run of several processes; add --distributed")

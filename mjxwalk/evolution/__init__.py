@@ -3,16 +3,20 @@
 from mjxwalk.evolution.elites import Elites
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
 from mjxwalk.evolution.generation import Evolution, RunState
-from mjxwalk.evolution.loop import Reporter, evolve
+from mjxwalk.evolution.loop import evolve
 from mjxwalk.evolution.measuring import Trials
+from mjxwalk.evolution.recorder import Recorder, RunRecorder
 from mjxwalk.experiments.goal import Goal
+from mjxwalk.progress import Reporter
 
 __all__ = [
     "Elites",
     "Evaluator",
     "Evolution",
     "Goal",
+    "Recorder",
     "Reporter",
+    "RunRecorder",
     "RunState",
     "Evolvable",
     "Trials",

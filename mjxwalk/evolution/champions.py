@@ -14,9 +14,10 @@ from jaxtyping import PRNGKeyArray
 from mjxwalk.evolution.elites import Elites
 from mjxwalk.evolution.evolvable import Evolvable
 from mjxwalk.evolution.generation import RunState
-from mjxwalk.experiments.goal import Trying, take
+from mjxwalk.experiments.goal import take
 from mjxwalk.fitting import Fitting
 from mjxwalk.outcomes import cost_of_transport, over_terrains, speed
+from mjxwalk.rollout import TrialRunner
 from mjxwalk.runs import Champion
 
 NUM_SCREENING = 10  # ours: terrains that all elites are compared on
@@ -32,7 +33,9 @@ class Choice(NamedTuple):
     champion: Champion
 
 
-def choose(experiment: Evolvable, evaluator: Trying, state: RunState, key: PRNGKeyArray) -> Choice:
+def choose(
+    experiment: Evolvable, evaluator: TrialRunner, state: RunState, key: PRNGKeyArray
+) -> Choice:
     """Returns the walker that reached the goal, or else the best elite, with its figures."""
     if isinstance(experiment, Fitting):
         return _fitted(experiment, state.elites)
@@ -78,7 +81,7 @@ def _fitted(experiment: Fitting, elites: Elites) -> Choice:
     )
 
 
-def _best(experiment: Evolvable, evaluator: Trying, elites: Elites, key: PRNGKeyArray) -> int:
+def _best(experiment: Evolvable, evaluator: TrialRunner, elites: Elites, key: PRNGKeyArray) -> int:
     """Returns the place of the elite that falls least on new terrains; then distance counts.
 
     Of those that get farthest on a few terrains, that is.

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, PRNGKeyArray
 
 from mjxwalk.experiments.goal import Goal
-from mjxwalk.rollout import Outcome
+from mjxwalk.rollout import TrialRunner
 from mjxwalk.strategies import Strategy
 
 
@@ -75,8 +75,8 @@ class Evolvable(Protocol):
 
 
 @runtime_checkable
-class Evaluator(Protocol):
-    """Runs an experiment's rollout for populations."""
+class Evaluator(TrialRunner, Protocol):
+    """Runs the trials of a population, and compiles for them beforehand."""
 
     @property
     def compile_s(self) -> float:
@@ -85,8 +85,4 @@ class Evaluator(Protocol):
 
     def prepare(self, population: Any, trials: Any, /) -> None:
         """Compiles for arguments of these shapes, which may be all that they have."""
-        ...
-
-    def evaluate(self, population: Any, trials: Any, /) -> Outcome:
-        """Returns the outcomes as numpy arrays [pop, trial]."""
         ...

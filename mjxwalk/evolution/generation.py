@@ -20,8 +20,8 @@ from mjxwalk.evolution import memory
 from mjxwalk.evolution.elites import Elites, fittest
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
 from mjxwalk.evolution.measuring import Trials, measure, summarise
-from mjxwalk.experiments.goal import Trying
 from mjxwalk.outcomes import over_terrains
+from mjxwalk.rollout import TrialRunner
 from mjxwalk.runs import Metrics
 from mjxwalk.runs.start import Start
 from mjxwalk.runs.trees import unflatten
@@ -63,7 +63,7 @@ class Evolution:
     """An experiment, its strategy and an evaluator, compiled once for all generations."""
 
     def __init__(
-        self, experiment: Evolvable, evaluator: Evaluator, finer: Trying | None = None
+        self, experiment: Evolvable, evaluator: Evaluator, finer: TrialRunner | None = None
     ) -> None:
         """Args: experiment: to evolve. evaluator: of it. finer: of its goal's fine trials."""
         self._experiment = experiment
@@ -206,6 +206,14 @@ class Evolution:
             compile_s=compile_s,
             other_s=max(0.0, time.perf_counter() - started - evaluate_s - compile_s),
         )
+
+
+def is_over(state: RunState, experiment: Evolvable) -> bool:
+    """Returns whether a run has no generation left."""
+    if bool(state.reached) or int(state.generation) >= experiment.generations:
+        return True
+    # A strategy that prunes ends by itself.
+    return bool(getattr(state.strategy, "finished", False))
 
 
 def outer_keys(key: PRNGKeyArray) -> tuple[PRNGKeyArray, PRNGKeyArray]:

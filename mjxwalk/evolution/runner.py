@@ -3,15 +3,22 @@
 What can be interrupted can be taken up again by its folder alone, to the same bits.
 """
 
+import contextlib
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any
 
+import jax
+import numpy as np
+
 from mjxwalk import evaluation, tournament, walkers
 from mjxwalk.engines import pinning
-from mjxwalk.evolution import loop, memory, starting, team
+from mjxwalk.evolution import loop, memory, starting
+from mjxwalk.evolution.background_compile import BackgroundCompile
+from mjxwalk.evolution.processes import Processes
+from mjxwalk.evolution.recorder import Recorder, RunRecorder
 from mjxwalk.experiments import run_config, study_config
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.study_config import StudyConfig
@@ -22,114 +29,112 @@ from mjxwalk.runs.start import Start
 FEWEST_TERRAINS = 20  # ours: of a scaled-down study's tournament
 
 
-def begin(
-    path: Path,
-    settings: Config,
-    given: Start | None,
-    progress: Progress,
-    stopping: Callable[[], bool],
-    *,
-    is_shared: bool = False,
-) -> None:
-    """Takes a new run to its end.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Runner:
+    """Takes runs and studies to their end.
 
-    Args:
-      path: of its folder, which is made.
-      settings: of the run.
-      given: what it starts from; None for zero.
-      progress: shows it.
+    All methods raise Interrupted if the user stopped them.
+
+    Attributes:
+      progress: shows them.
       stopping: whether to stop before the next generation.
-      is_shared: whether other processes, which `team.join` has found, work along.
-
-    Raises:
-      RunError: the folder is taken, there is no such engine, or a file cannot be written.
-      Interrupted: the user stopped it.
+      processes: that evolve a run together.
     """
-    evaluator = _evaluator(settings, settings.engine)
-    if is_shared:
-        evaluator = team.Shared(evaluator)
-        team.check_same(settings)
-        if not team.is_first():
-            team.follow(settings, given, evaluator, stopping, _make_finer(settings, evaluator))
+
+    progress: Progress
+    stopping: Callable[[], bool]
+    processes: Processes = loop.ALONE
+
+    def evolve_run(self, path: Path, settings: Config, given: Start | None) -> None:
+        """Takes a new run to its end.
+
+        Args:
+          path: of its folder, which is made.
+          settings: of the run.
+          given: what it starts from; None for zero.
+
+        Raises:
+          RunError: the folder is taken, there is no such engine, or a file cannot be written.
+        """
+        evaluator = self.processes.share(_evaluator(settings, settings.engine))
+        self.processes.check_same(settings)
+        if self.processes.is_first:
+            run_config.create(path, settings, given)
+        self._evolve(path, settings, given, evaluator)
+
+    def resume_run(self, path: Path) -> None:
+        """Takes a run that was stopped to its end, or says that it is finished.
+
+        Args:
+          path: of its folder, which all processes see.
+
+        Raises:
+          RunError: the folder holds no run, or it cannot go on.
+        """
+        settings = run_config.read(path)
+        finished = result.read(path)
+        if finished is not None:
+            if self.processes.is_first:
+                self.progress.say(f"{path} is finished")
+                self.progress.finish(path, settings, finished)
             return
-    run_config.create(path, settings, given)
-    _go_on(path, settings, evaluator, progress, stopping, is_shared)
+        engine = manifest.engine(path, settings.engine)
+        evaluator = self.processes.share(_evaluator(settings, engine))
+        self.processes.check_same(settings)
+        given = None if settings.experiment.start == "zero" else start.read(path)
+        self._evolve(path, settings, given, evaluator)
 
+    def evolve_study(self, path: Path, study: StudyConfig) -> None:
+        """Takes a new study through all of its phases.
 
-def resume(
-    path: Path, progress: Progress, stopping: Callable[[], bool], *, is_shared: bool = False
-) -> None:
-    """Takes a run that was stopped to its end, or says that it is finished.
+        Raises:
+          RunError: the folder is taken, there is no such engine, or a file cannot be written.
+        """
+        for number in range(len(study.phases)):
+            settings = study.run(number)
+            _evaluator(settings, settings.engine)  # refuses a wrong engine before all is made
+        study_config.create(path, study)
+        self.resume_study(path)
 
-    Args:
-      path: of its folder, which all processes see.
-      progress: shows it.
-      stopping: whether to stop before the next generation.
-      is_shared: whether other processes, which `team.join` has found, work along.
+    def resume_study(self, path: Path) -> None:
+        """Takes a study through the phases that are left; after each there is a tournament.
 
-    Raises:
-      RunError: the folder holds no run, or it cannot go on.
-      Interrupted: the user stopped it.
-    """
-    settings = run_config.read(path)
-    finished = result.read(path)
-    if finished is not None:
-        if is_shared and not team.is_first():
-            return
-        progress.say(f"{path} is finished")
-        progress.finish(path, settings, finished)
-        return
-    evaluator = _evaluator(settings, manifest.engine(path, settings.engine))
-    if is_shared:
-        evaluator = team.Shared(evaluator)
-        team.check_same(settings)
-        if not team.is_first():
-            given = None if settings.experiment.start == "zero" else start.read(path)
-            team.follow(settings, given, evaluator, stopping, _make_finer(settings, evaluator))
-            return
-    _go_on(path, settings, evaluator, progress, stopping, is_shared)
+        Raises:
+          RunError: the folder holds no study, or it cannot go on.
+        """
+        study = study_config.read(path)
+        with folder.locked(path):
+            for number, (name, _) in enumerate(study.phases):
+                place = study.folder(path, number)
+                is_begun = (place / config.FILE).exists()
+                if is_begun:
+                    study_config.check_phase(path, study, number)
+                if not is_begun or result.read(place) is None:
+                    self.progress.say(f"phase {number + 1} of {len(study.phases)}: {name}")
+                if not is_begun:
+                    self.evolve_run(place, *_start_phase(path, study, number))
+                elif result.read(place) is None:
+                    self.resume_run(place)
+                if study.has_tournament(number) and tournament.read(place) is None:
+                    hold_tournament(place, study, self.progress.say)
+        self.progress.say(f"{study.name} is finished, in {path}")
 
-
-def begin_study(
-    path: Path, study: StudyConfig, progress: Progress, stopping: Callable[[], bool]
-) -> None:
-    """Takes a new study through all of its phases.
-
-    Raises:
-      RunError: the folder is taken, there is no such engine, or a file cannot be written.
-      Interrupted: the user stopped it.
-    """
-    for number in range(len(study.phases)):
-        settings = study.run(number)
-        _evaluator(settings, settings.engine)  # refuses a wrong engine before anything is made
-    study_config.create(path, study)
-    resume_study(path, progress, stopping)
-
-
-def resume_study(path: Path, progress: Progress, stopping: Callable[[], bool]) -> None:
-    """Takes a study through the phases that are left; after each there is a tournament.
-
-    Raises:
-      RunError: the folder holds no study, or it cannot go on.
-      Interrupted: the user stopped it.
-    """
-    study = study_config.read(path)
-    with folder.locked(path):
-        for number, (name, _) in enumerate(study.phases):
-            place = study.folder(path, number)
-            is_begun = (place / config.FILE).exists()
-            if is_begun:
-                study_config.check_phase(path, study, number)
-            if not is_begun or result.read(place) is None:
-                progress.say(f"phase {number + 1} of {len(study.phases)}: {name}")
-            if not is_begun:
-                settings, given = _start_phase(path, study, number)
-                begin(place, settings, given, progress, stopping)
-            elif result.read(place) is None:
-                resume(place, progress, stopping)
-            if study.has_tournament(number) and tournament.read(place) is None:
-                hold_tournament(place, study, progress.say)
-    progress.say(f"{study.name} is finished, in {path}")
+    @pinning.pinned()
+    def _evolve(self, path: Path, settings: Config, given: Start | None, evaluator: Any) -> None:
+        written = _recorder(path, settings, evaluator, self.progress)
+        with (
+            written if self.processes.is_first else contextlib.nullcontext(Recorder()) as recorder,
+            _fine_trials(settings.experiment, evaluator.engine) as finer,
+        ):
+            loop.evolve(
+                settings,
+                evaluator,
+                recorder,
+                given=given,
+                finer=finer,
+                processes=self.processes,
+                stopping=self.stopping,
+            )
 
 
 def hold_tournament(place: Path, study: StudyConfig, say: Callable[[str], None]) -> None:
@@ -169,27 +174,11 @@ def _evaluator(settings: Config, engine: str) -> Any:
         raise RunError(str(error)) from None
 
 
-def _make_finer(settings: Config, evaluator: Any) -> Callable[[], Any] | None:
-    """Returns what makes the evaluator of the goal's fine trials, None where there are none."""
-    experiment = settings.experiment
-    if not experiment.goal.is_fine:
-        return None
-    finer = experiment.finer(experiment.goal.fine_factor)
-    return functools.partial(evaluation.make_evaluator, finer, evaluator.engine)
-
-
-@pinning.pinned()
-def _go_on(
-    path: Path,
-    settings: Config,
-    evaluator: Any,
-    progress: Progress,
-    stopping: Callable[[], bool],
-    is_shared: bool = False,
-) -> None:
-    make_finer = _make_finer(settings, evaluator)
-    share = team.first_of if is_shared else None
-    stopping = team.any_of(stopping) if is_shared else stopping
+@contextlib.contextmanager
+def _recorder(
+    path: Path, settings: Config, evaluator: Any, progress: Progress
+) -> Generator[RunRecorder]:
+    """Locks a run's folder, writes its manifest, and shows the run until it ends."""
     with folder.locked(path):
         if not (path / manifest.FILE).exists():
             manifest.write(
@@ -201,7 +190,23 @@ def _go_on(
             )
         progress.start(path, settings, evaluator)
         try:
-            outcome = loop.evolve(path, settings, evaluator, progress, stopping, make_finer, share)
+            with RunRecorder(path, settings, progress) as recorder:
+                yield recorder
         finally:
             progress.close()
-        progress.finish(path, settings, outcome)
+        finished = result.read(path)
+        if finished is not None:
+            progress.finish(path, settings, finished)
+
+
+def _fine_trials(
+    experiment: Any, engine: str
+) -> contextlib.AbstractContextManager[BackgroundCompile | None]:
+    """Returns what runs the goal's fine trials, None where there are none."""
+    goal = experiment.goal
+    if not goal.is_fine:
+        return contextlib.nullcontext()
+    make = functools.partial(evaluation.make_evaluator, experiment.finer(goal.fine_factor), engine)
+    alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], experiment.template())
+    trials = experiment.sample_trials(jax.random.key(0), goal.fine_trials)
+    return BackgroundCompile(make, alone, trials)

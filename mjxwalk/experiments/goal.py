@@ -1,27 +1,18 @@
 """When a run may end before its last generation: one of its walkers no longer falls."""
 
 import dataclasses
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import jax
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
 from mjxwalk.envs import Trials
-from mjxwalk.rollout import Outcome
+from mjxwalk.rollout import Outcome, TrialRunner
 
 NUM_CANDIDATES = 4  # ours: the fittest of a generation is often only lucky on its terrain
 NUM_EARLY = 64  # ours: trials that are looked at before the others are made
 NUM_SCREENING = 8  # ours: on as many terrains most walkers that fall have shown it
-
-
-@runtime_checkable
-class Trying(Protocol):
-    """Runs an experiment's rollout for populations."""
-
-    def evaluate(self, population: Any, trials: Trials, /) -> Outcome:
-        """Returns the outcomes as numpy arrays [pop, trial]."""
-        ...
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -62,11 +53,11 @@ class Goal:
     def find(
         self,
         experiment: Any,
-        evaluator: Trying,
+        evaluator: TrialRunner,
         population: Any,
         outcome: Outcome,
         keys: tuple[PRNGKeyArray, PRNGKeyArray],
-        finer: Trying | None = None,
+        finer: TrialRunner | None = None,
     ) -> int | None:
         """Returns the place of a genotype that passes all trials, None where there is none.
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from mjxwalk import cli, experiments, strategies
-from mjxwalk.evolution import runner
+from mjxwalk.evolution.runner import Runner
 
 # One of every kind; the others take the same ways.
 FAST = ("planar-lpd", "reil-unassisted", "rayleigh", "reil", "solomon-2d/rough", "solomon-2d-rsil")
@@ -48,8 +48,8 @@ def begun(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[list[Any]
     """Works in a folder of its own, and lets no run be evolved."""
     found: list[Any] = []
     monkeypatch.chdir(tmp_path)
-    for name in ("begin", "begin_study"):
-        monkeypatch.setattr(runner, name, lambda path, settings, *_, **__: found.append(settings))
+    for name in ("evolve_run", "evolve_study"):
+        monkeypatch.setattr(Runner, name, lambda _, path, settings, *__: found.append(settings))
     for name, table in LINKS.items():
         Path(name).write_text(json.dumps(table))
     Path("binary.json").write_bytes(b"\xff\xfe")

@@ -14,7 +14,7 @@ import toy
 
 from mjxwalk import runs
 from mjxwalk.envs import Trials
-from mjxwalk.evolution import Evolution, RunState, evolve
+from mjxwalk.evolution import Evolution, RunState
 from mjxwalk.evolution.champions import choose
 from mjxwalk.evolution.elites import Elites
 from mjxwalk.experiments import run_config
@@ -54,8 +54,7 @@ def run(
 ) -> Result:
     if not path.exists():
         run_config.create(path, settings)
-    evaluator = toy.ToyEvaluator(settings.experiment, "auto")
-    return evolve(path, settings, evaluator, watcher or Watcher(), stopping)
+    return toy.evolve(path, settings, watcher, stopping=stopping)
 
 
 def stop_after(path: Path, generation: int, settings: Config = SETTINGS) -> None:

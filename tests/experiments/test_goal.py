@@ -8,26 +8,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import toy
 from toy import Toy, ToyEvaluator
 
 from mjxwalk.envs import Trials
-from mjxwalk.evolution import Evolution, evolve
+from mjxwalk.evolution import Evolution
 from mjxwalk.experiments.experiment import StrategyChoice
 from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.rollout import Outcome
-from mjxwalk.runs import Metrics, folder
+from mjxwalk.runs import folder
 from mjxwalk.runs.checkpoints import restore_newest
-
-
-class Silent:
-    """Shows nothing."""
-
-    def generation(self, line: Metrics, /) -> None:
-        """Does nothing."""
-
-    def say(self, text: str, /) -> None:
-        """Does nothing."""
 
 
 class Scripted:
@@ -155,11 +146,11 @@ def test_a_run_ends_at_its_goal_and_stays_ended_when_resumed(tmp_path: Path) -> 
     goal = Goal(trials=30, duration=1.0)
     study = dataclasses.replace(Toy(), generations=200, goal=goal, strategy=start)
     config = Config(experiment=study, seed=3)
-    result = evolve(tmp_path, config, ToyEvaluator(study, "mjx"), Silent())
+    result = toy.evolve(tmp_path, config)
     assert 1 < result.generations < 200
     # The result is written last: without it, resuming finds the goal reached and ends at once.
     (tmp_path / "result.json").unlink()
-    again = evolve(tmp_path, config, ToyEvaluator(study, "mjx"), Silent())
+    again = toy.evolve(tmp_path, config)
     assert again.generations == result.generations
     assert again.champion == result.champion
     generation, arrays, _ = restore_newest(tmp_path / folder.CHECKPOINTS)

@@ -21,23 +21,12 @@ import pytest
 import toy
 
 from mjxwalk import runs
-from mjxwalk.evolution import evolve
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
-from mjxwalk.runs import Metrics, config, folder, result
+from mjxwalk.runs import config, folder, result
 
 GENERATIONS = 30
 SETTINGS = Config(experiment=toy.Toy(generations=GENERATIONS), seed=5, keep=2)
-
-
-class Silent:
-    """Shows nothing."""
-
-    def generation(self, line: Metrics, /) -> None:
-        """Does nothing."""
-
-    def say(self, text: str, /) -> None:
-        """Does nothing."""
 
 
 def go_on(path: Path) -> None:
@@ -50,7 +39,7 @@ def go_on(path: Path) -> None:
     with folder.locked(path):
         settings = run_config.read(path)
         if result.read(path) is None:
-            evolve(path, settings, toy.ToyEvaluator(settings.experiment, "auto"), Silent())
+            toy.evolve(path, settings)
 
 
 def kill_until_it_ends(path: Path, random: np.random.Generator, most: int, span: float) -> int:

@@ -21,11 +21,10 @@ import pytest
 import toy
 
 from mjxwalk import runs, tournament
-from mjxwalk.evolution import evolve
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.study_config import StudyConfig
-from mjxwalk.runs import Metrics, RunError, folder, manifest, sealing
+from mjxwalk.runs import RunError, folder, manifest, sealing
 from mjxwalk.tournament import results
 
 Random = np.random.Generator
@@ -37,22 +36,12 @@ HOSTILE: tuple[Any, ...] = (
 )  # fmt: skip
 
 
-class Silent:
-    """Shows nothing."""
-
-    def generation(self, line: Metrics, /) -> None:
-        """Does nothing."""
-
-    def say(self, text: str, /) -> None:
-        """Does nothing."""
-
-
 def make(path: Path, seed: int = 0) -> None:
     """Makes the run that is mutated, and others of its shape."""
     settings = Config(experiment=toy.Toy(), seed=seed, keep=3)
     run_config.create(path, settings)
     manifest.write(path, engine="mjx", why="", devices="", settings={})
-    evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
+    toy.evolve(path, settings)
     study = StudyConfig(name="toy", phases=(("only", toy.Toy()),))
     toy.hold_tournament(path, study, lambda text: None)
 
@@ -247,7 +236,7 @@ class Whole:
         try:
             settings = run_config.read(path)
             with folder.locked(path):
-                evolve(path, settings, toy.ToyEvaluator(settings.experiment, "auto"), Silent())
+                toy.evolve(path, settings)
             loaded = runs.load(path)
         except RunError:
             return

@@ -15,12 +15,10 @@ from watch import given
 
 from mjxwalk import runs, tournament, walkers
 from mjxwalk.cli import main
-from mjxwalk.evolution import evolve
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.study_config import StudyConfig
 from mjxwalk.runs import (
-    Metrics,
     RunError,
     checkpoints,
     config,
@@ -37,16 +35,6 @@ from mjxwalk.sweep import jobs, looking, plan, running
 from mjxwalk.tournament import results
 
 SECONDS = 60  # after which something blocks
-
-
-class Silent:
-    """Shows nothing."""
-
-    def generation(self, line: Metrics, /) -> None:
-        """Does nothing."""
-
-    def say(self, text: str, /) -> None:
-        """Does nothing."""
 
 
 @pytest.fixture(autouse=True)
@@ -74,7 +62,7 @@ def make(path: Path, seed: int = 0) -> None:
     settings = Config(experiment=toy.Toy(), seed=seed, keep=3)
     run_config.create(path, settings)
     manifest.write(path, engine="mjx", why="", devices="", settings={})
-    evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
+    toy.evolve(path, settings)
     toy.hold_tournament(path, StudyConfig(name="toy", phases=(("a", toy.Toy()),)), print)
 
 
@@ -373,7 +361,7 @@ def test_a_run_of_the_version_before_is_read_and_goes_on(made: Path, run: Path) 
     for name in (result.FILE, result.CHAMPION_FILE, "checkpoints/6"):
         files.remove(run, name)
     settings = run_config.read(run)
-    evolve(run, settings, toy.ToyEvaluator(settings.experiment, "auto"), Silent())
+    toy.evolve(run, settings)
     champion = (run / result.CHAMPION_FILE).read_bytes()
     assert champion == (made / "one" / result.CHAMPION_FILE).read_bytes()
     # What it writes now names the run, and is refused in another.

@@ -18,10 +18,9 @@ import pytest
 import toy
 
 from mjxwalk import runs
-from mjxwalk.evolution import evolve
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
-from mjxwalk.runs import Metrics, RunError, checkpoints, config, folder, metrics, sealing
+from mjxwalk.runs import RunError, checkpoints, config, folder, metrics, sealing
 from mjxwalk.runs.checkpoints import Checkpoints
 
 ARRAYS = {
@@ -30,20 +29,6 @@ ARRAYS = {
     "other": np.full((2, 2), 0.1, np.float32),
     "generation": np.asarray(1, np.int32),
 }
-
-
-class Silent:
-    """Shows nothing, but remembers what was said."""
-
-    def __init__(self) -> None:
-        self.said: list[str] = []
-
-    def generation(self, line: Metrics, /) -> None:
-        """Does nothing."""
-
-    def say(self, text: str, /) -> None:
-        """Remembers a sentence."""
-        self.said.append(text)
 
 
 @pytest.fixture(autouse=True)
@@ -56,7 +41,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("runs") / "finished"
     settings = Config(experiment=toy.Toy(), keep=3)
     run_config.create(path, settings)
-    evolve(path, settings, toy.ToyEvaluator(toy.Toy(), "auto"), Silent())
+    toy.evolve(path, settings)
     return path
 
 
@@ -72,8 +57,8 @@ def stopped(finished: Path, tmp_path: Path) -> Path:
 
 def resume(path: Path) -> list[str]:
     settings = run_config.read(path)
-    silent = Silent()
-    evolve(path, settings, toy.ToyEvaluator(settings.experiment, "auto"), silent)
+    silent = toy.Silent()
+    toy.evolve(path, settings, silent)
     return silent.said
 
 

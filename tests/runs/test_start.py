@@ -11,13 +11,13 @@ import pytest
 import toy
 
 from mjxwalk import runs, walkers
-from mjxwalk.evolution import Evolution, evolve
+from mjxwalk.evolution import Evolution
 from mjxwalk.evolution.starting import prepare
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.scaling import scaled
-from mjxwalk.runs import Metrics, RunError, config, folder, start
+from mjxwalk.runs import RunError, config, folder, start
 from mjxwalk.runs.config import Origin
 from mjxwalk.runs.start import Start
 from mjxwalk.runs.trees import flatten
@@ -25,16 +25,6 @@ from mjxwalk.runs.trees import flatten
 TOY = toy.Toy()
 NEAR = dataclasses.replace(TOY, start="winner")
 GOING_ON = dataclasses.replace(TOY, start="population")
-
-
-class Silent:
-    """Shows nothing."""
-
-    def generation(self, line: Metrics, /) -> None:
-        """Does nothing."""
-
-    def say(self, text: str, /) -> None:
-        """Does nothing."""
 
 
 @pytest.fixture(autouse=True)
@@ -50,7 +40,7 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
         toy.install(patch)
         settings = Config(experiment=TOY)
         run_config.create(path, settings)
-        evolve(path, settings, toy.ToyEvaluator(TOY, "auto"), Silent())
+        toy.evolve(path, settings)
     return path
 
 

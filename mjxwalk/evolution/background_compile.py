@@ -6,11 +6,10 @@ from concurrent.futures import Future
 from typing import Any
 
 from mjxwalk.engines.pinning import pinned
-from mjxwalk.experiments.goal import Trying
-from mjxwalk.rollout import Outcome
+from mjxwalk.rollout import Outcome, TrialRunner
 
 
-class Ahead:
+class BackgroundCompile:
     """An evaluator that a thread of its own makes, and compiles by evaluating something.
 
     What it evaluates is what the evaluator itself would: threads change no result. Use it as a
@@ -18,14 +17,14 @@ class Ahead:
     compiles can crash.
     """
 
-    def __init__(self, make: Callable[[], Trying], population: Any, trials: Any) -> None:
+    def __init__(self, make: Callable[[], TrialRunner], population: Any, trials: Any) -> None:
         """Args: make: the evaluator. population, trials: of the shapes to compile for."""
         self._make = make
         self._example = (population, trials)
-        self._made: Future[Trying] = Future()
-        self._thread = threading.Thread(target=self._work, name="compile-ahead")
+        self._made: Future[TrialRunner] = Future()
+        self._thread = threading.Thread(target=self._work, name="background-compile")
 
-    def __enter__(self) -> "Ahead":
+    def __enter__(self) -> "BackgroundCompile":
         return self
 
     def __exit__(self, *_: object) -> None:

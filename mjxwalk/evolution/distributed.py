@@ -4,38 +4,32 @@ All of them ask and tell the same, since a strategy is a pure function of its ke
 is what the walkers did. The first process alone writes the run.
 """
 
-import contextlib
 import hashlib
-from collections.abc import Callable
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from mjxwalk.engines.pinning import pinned
 from mjxwalk.errors import first_line
-from mjxwalk.evolution import champions, loop
-from mjxwalk.evolution.evolvable import Evaluator
-from mjxwalk.evolution.generation import Evolution, RunState, outer_keys
+from mjxwalk.evolution.generation import RunState
+from mjxwalk.evolution.processes import Processes
 from mjxwalk.experiments import run_config
-from mjxwalk.experiments.goal import Trying
 from mjxwalk.experiments.run_config import Config
-from mjxwalk.fitting import Fitting
 from mjxwalk.rollout import Outcome
-from mjxwalk.runs import Interrupted, RunError, packing
-from mjxwalk.runs.start import Start
+from mjxwalk.runs import RunError, packing
 from mjxwalk.runs.trees import flatten, unflatten
 
 
-def join(coordinator: str | None, processes: int | None, process: int | None) -> None:
-    """Waits for the other processes of the run.
+def join(
+    coordinator: str | None, processes: int | None, process: int | None
+) -> "DistributedProcesses":
+    """Waits for the other processes of the run, and returns them.
 
     Args:
       coordinator: address of the first process, HOST:PORT; None where the cluster tells.
-      processes: how many there are; likewise.
-      process: which of them this is, from 0; likewise.
+      processes: how many there are; None where the cluster tells.
+      process: which of them this is, from 0; None where the cluster tells.
 
     Raises:
       RunError: they cannot be reached, or nothing tells who they are.
@@ -49,14 +43,48 @@ def join(coordinator: str | None, processes: int | None, process: int | None) ->
             f"the processes of this run did not find each other ({first_line(error)}); give each "
             "--coordinator HOST:PORT, --processes NUMBER and its own --process NUMBER from 0"
         ) from None
+    return DistributedProcesses()
 
 
-def is_first() -> bool:
-    """Returns whether this process writes the run."""
-    return jax.process_index() == 0
+class DistributedProcesses(Processes):
+    """The processes that `join` has found."""
+
+    @property
+    def is_first(self) -> bool:
+        """Whether this process writes the run."""
+        return jax.process_index() == 0
+
+    def check_same(self, settings: Config) -> None:
+        """Raises RunError unless all processes were given these settings."""
+        digest = hashlib.blake2b(run_config.text(settings), digest_size=16).digest()
+        if len(np.unique(_gather(np.frombuffer(digest, np.uint8)), axis=0)) > 1:
+            raise RunError(
+                "the processes of this run were given different settings; give all the same"
+            )
+
+    def share(self, evaluator: Any) -> "SharedEvaluator":
+        """Returns an evaluator of which this process does a part."""
+        return SharedEvaluator(evaluator)
+
+    def first_of(self, state: RunState) -> RunState:
+        """Returns the state that the first process has.
+
+        Raises:
+          RunError: another process has ended.
+        """
+        content, entries = packing.pack(flatten(state))
+        return unflatten(state, packing.unpack(_gather(content)[0].tobytes(), entries))
+
+    def any_of(self, asked: bool) -> bool:
+        """Returns whether any process is asked to stop, in all of them alike.
+
+        Raises:
+          RunError: another process has ended.
+        """
+        return bool(_gather(np.array([asked], np.uint8)).any())
 
 
-class Shared:
+class SharedEvaluator:
     """An evaluator of a part of each population; every process ends up with all outcomes.
 
     Attributes:
@@ -105,11 +133,11 @@ def _share(total: int) -> int:
 def _gathered(part: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Returns the parts of all processes end to end, to the bit."""
     part = np.ascontiguousarray(part)
-    whole = gather(part.reshape(-1).view(np.uint8))
+    whole = _gather(part.reshape(-1).view(np.uint8))
     return whole.reshape(-1).view(part.dtype).reshape(-1, *part.shape[1:])
 
 
-def gather(content: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+def _gather(content: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     """Returns the bytes of all processes [process, byte].
 
     Bytes, since JAX would round what has 64 bits.
@@ -126,55 +154,3 @@ def gather(content: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
             f"another process of this run ended or cannot be reached ({first_line(error)}); what "
             "was finished is saved, and `mjxwalk resume` goes on, on any number of processes"
         ) from None
-
-
-def check_same(settings: Config) -> None:
-    """Returns if all processes were told to evolve the same.
-
-    Raises:
-      RunError: they were not.
-    """
-    digest = hashlib.blake2b(run_config.text(settings), digest_size=16).digest()
-    if len(np.unique(gather(np.frombuffer(digest, np.uint8)), axis=0)) > 1:
-        raise RunError("the processes of this run were given different settings; give all the same")
-
-
-def first_of(state: RunState) -> RunState:
-    """Returns the state that the first process has."""
-    arrays = flatten(state)
-    content, entries = packing.pack(arrays)
-    return unflatten(state, packing.unpack(gather(content)[0].tobytes(), entries))
-
-
-def any_of(asked: Callable[[], bool]) -> Callable[[], bool]:
-    """Returns what tells whether any process is asked to stop, in all of them alike."""
-    return lambda: bool(gather(np.array([asked()], np.uint8)).any())
-
-
-@pinned()
-def follow(
-    settings: Config,
-    given: Start | None,
-    evaluator: Evaluator,
-    stopping: Callable[[], bool],
-    make_finer: Callable[[], Trying] | None,
-) -> None:
-    """Works along with the first process to the end of its run, and writes nothing.
-
-    Raises:
-      RunError: another process ended.
-      Interrupted: the user stopped one of them.
-    """
-    experiment = settings.experiment
-    with contextlib.ExitStack() as stack:
-        finer = loop.ahead(settings, make_finer, stack)
-        evolution = Evolution(experiment, evaluator, finer)
-        state = first_of(evolution.start(settings.seed, given))
-        stops = any_of(stopping)
-        while not loop.ended(state, settings):
-            if stops():
-                raise Interrupted(f"stopped after generation {int(state.generation)}")
-            state, _ = evolution.advance(state)
-        if not isinstance(experiment, Fitting):  # of which the champion is chosen without a trial
-            _, key_champion = outer_keys(jax.random.wrap_key_data(jnp.asarray(state.key)))
-            champions.choose(experiment, evaluator, state, key_champion)

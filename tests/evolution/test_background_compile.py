@@ -11,13 +11,11 @@ import pytest
 import toy
 
 from mjxwalk.envs import Trials
-from mjxwalk.evolution import evolve
-from mjxwalk.evolution.ahead import Ahead
+from mjxwalk.evolution.background_compile import BackgroundCompile
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.rollout import Outcome
-from mjxwalk.runs import Metrics
 
 TOY = toy.Toy()
 POPULATION = jax.tree.map(lambda leaf: np.asarray(leaf)[None], TOY.template())
@@ -37,25 +35,15 @@ class Slow:
         return toy.ToyEvaluator(TOY, "auto").evaluate(population, trials)
 
 
-class Silent:
-    """Shows nothing."""
-
-    def generation(self, line: Metrics, /) -> None:
-        """Does nothing."""
-
-    def say(self, text: str, /) -> None:
-        """Does nothing."""
-
-
 def test_it_compiles_beside_the_run_and_then_gives_the_same() -> None:
     slow = Slow()
-    with Ahead(lambda: slow, POPULATION, TRIALS) as ahead:
-        ahead.start()
-        ahead.start()
-        ahead.check()  # neither done nor failed
+    with BackgroundCompile(lambda: slow, POPULATION, TRIALS) as compiled:
+        compiled.start()
+        compiled.start()
+        compiled.check()  # neither done nor failed
         assert slow.shapes == []
         slow.signal.set()
-        outcome = ahead.evaluate(POPULATION, OTHERS)
+        outcome = compiled.evaluate(POPULATION, OTHERS)
     assert slow.shapes == [3, 3]
     expected = toy.ToyEvaluator(TOY, "auto").evaluate(POPULATION, OTHERS)
     jax.tree.map(np.testing.assert_array_equal, outcome, expected)
@@ -65,16 +53,16 @@ def test_what_fails_in_the_thread_fails_in_the_run() -> None:
     def fail() -> Slow:
         raise OSError("no compiler here")
 
-    with Ahead(fail, POPULATION, TRIALS) as ahead:
+    with BackgroundCompile(fail, POPULATION, TRIALS) as compiled:
         with pytest.raises(OSError, match="no compiler here"):
-            ahead.evaluate(POPULATION, TRIALS)
+            compiled.evaluate(POPULATION, TRIALS)
         with pytest.raises(OSError, match="no compiler here"):
-            ahead.check()
+            compiled.check()
 
 
 def test_a_thread_that_never_started_is_not_waited_for() -> None:
-    with Ahead(Slow, POPULATION, TRIALS) as ahead:
-        ahead.check()
+    with BackgroundCompile(Slow, POPULATION, TRIALS) as compiled:
+        compiled.check()
 
 
 def test_a_run_stops_when_its_finer_evaluator_cannot_be_made(tmp_path: Path) -> None:
@@ -84,8 +72,8 @@ def test_a_run_stops_when_its_finer_evaluator_cannot_be_made(tmp_path: Path) -> 
     study = toy.Toy(generations=1000, goal=Goal(trials=5, duration=1e9, fine_trials=5))
     config = Config(experiment=study)
     run_config.create(tmp_path / "a", config)
-    evaluator = toy.ToyEvaluator(study, "auto")
-    with pytest.raises(OSError, match="no compiler here"):
-        evolve(tmp_path / "a", config, evaluator, Silent(), make_finer=fail)
-    with pytest.raises(ValueError, match="fine_trials is 5 and make_finer is missing"):
-        evolve(tmp_path / "a", config, evaluator, Silent())
+    with BackgroundCompile(fail, POPULATION, TRIALS) as finer:
+        with pytest.raises(OSError, match="no compiler here"):
+            toy.evolve(tmp_path / "a", config, finer=finer)
+    with pytest.raises(ValueError, match="fine_trials is 5 and nobody runs them"):
+        toy.evolve(tmp_path / "a", config)
