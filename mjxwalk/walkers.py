@@ -82,9 +82,9 @@ def best(source: str | Path) -> Walker:
     if in_zoo(source):
         return zoo.load(zoo_name(source))
     run = _load(Path(source))
-    held = results.read(run.path)
-    if held is not None and held.newest_generation == run.generation:
-        arrays, rank, generation = results.read_winner(run.path), "winner", held.winner_generation
+    found = results.read(run.path)
+    if found is not None and found.newest_generation == run.generation:
+        arrays, rank, generation = results.read_winner(run.path), "winner", found.winner_generation
     elif run.result is not None:
         arrays, rank, generation = run.champion, "champion", run.result.champion.generation
     else:

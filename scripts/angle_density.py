@@ -53,7 +53,7 @@ class AngleDensity:
         walkers.check_walks(self.source, walker.experiment)
         if angles.roles_of(walker.experiment.env) is None:
             raise runs.RunError(f"{self.source} has no angles by role; see scripts/gait_table.py")
-        env = walker.experiment.tried().env
+        env = walker.experiment.as_tested().env
         density = angles.angle_density(self._recordings(walker), env)
         if not density.steps:
             raise runs.RunError(f"{self.source} takes no whole step in a trial without a fall")

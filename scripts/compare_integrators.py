@@ -41,7 +41,7 @@ class CompareIntegrators:
             raise RunError(f"--terrains must be at least 1, got {self.terrains}")
         walker = walkers.best(self.source)
         walkers.check_walks(self.source, walker.experiment)
-        experiment = walker.experiment.tried()
+        experiment = walker.experiment.as_tested()
         print("| integrator | step (ms) | distance (m) | falls | speed (m/s) | cost of transport |")
         print("| --- | --- | --- | --- | --- | --- |")
         for integrator, timestep in VARIANTS:

@@ -88,7 +88,7 @@ class GaitTable:
             )
         except ValueError as error:
             raise runs.RunError(str(error)) from None
-        measured = gait.measure_gait(recording, walker.experiment.tried().env)
+        measured = gait.measure_gait(recording, walker.experiment.as_tested().env)
         if measured.falls == measured.trials:
             print(f"{source}: falls in all {measured.trials} trials", file=sys.stderr)
         return measured

@@ -68,7 +68,7 @@ class SpatialTable:
         walkers.check_walks(source, walker.experiment)
         if walker.experiment.env.anatomy.root.is_planar:
             raise runs.RunError(f"{source} walks in the plane, and this is for walkers in space")
-        experiment = walker.experiment.tried()
+        experiment = walker.experiment.as_tested()
         if self.roughness is not None:
             experiment = override(experiment, "env.terrain.roughness", str(self.roughness))
         recording = trials.record_trials(

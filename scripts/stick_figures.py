@@ -63,7 +63,7 @@ class StickFigures:
 
         engines.prepare()
         walkers.check_walks(self.source, walker.experiment)
-        experiment = walker.experiment.tried()
+        experiment = walker.experiment.as_tested()
         env, key = experiment.env, jax.random.key(self.terrain_seed)
         interval = min(self.interval, env.max_time)
         trials = experiment.sample_trials(key, 1)

@@ -104,7 +104,7 @@ class Toy:
             return runs.unflatten(state, before)
         return jax.jit(strategy.begin)(runs.unflatten(state.inner, before), elite_fitness)
 
-    def tried(self) -> "Toy":
+    def as_tested(self) -> "Toy":
         """Returns the toy."""
         return self
 

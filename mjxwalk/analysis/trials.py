@@ -41,7 +41,7 @@ def record_trials(
     """
     if trials < 1:
         raise ValueError(f"trials must be at least 1, got {trials}")
-    experiment = experiment.tried()
+    experiment = experiment.as_tested()
     longest = experiment.env.max_time
     key = jax.random.fold_in(jax.random.key(seed), ANALYSIS)
     given = experiment.sample_trials(key, trials).given(np.arange(trials, dtype=np.int32))

@@ -95,8 +95,8 @@ class Clock:
     def left(self, rows: Mapping[str, Row], slots: int) -> float | None:
         """Returns seconds until the last run ends, None before there is anything to go by."""
         del slots  # the pace of all runs together holds the slots
-        done = sum(_generations(row, row.look.generation) for row in rows.values())
-        total = max((row.look.total for row in rows.values()), default=0)
+        done = sum(_generations(row, row.progress.generation) for row in rows.values())
+        total = max((row.progress.total for row in rows.values()), default=0)
         if not total:
             return None
         now = time.monotonic()
@@ -106,7 +106,7 @@ class Clock:
         if done == already:
             return None
         left = sum(
-            (row.look.total or total) - row.look.generation
+            (row.progress.total or total) - row.progress.generation
             for row in rows.values()
             if row.state in ("waiting", "running")
         )
@@ -115,7 +115,7 @@ class Clock:
 
 def _generations(row: Row, evaluated: int) -> int:
     # What ends before its last generation brings the end as near as what goes through all.
-    return row.look.total if row.state == "finished" and row.look.total else evaluated
+    return row.progress.total if row.state == "finished" and row.progress.total else evaluated
 
 
 def opening(path: Path, where: str, rows: Mapping[str, Row]) -> str:
@@ -131,7 +131,7 @@ def summary(rows: Mapping[str, Row], left_s: float | None) -> str:
     for row in rows.values():
         counts[row.state] += 1
     told = ", ".join(f"{number} {state}" for state, number in counts.items() if number)
-    best = [row.look.best_m for row in rows.values() if row.look.best_m is not None]
+    best = [row.progress.best_m for row in rows.values() if row.progress.best_m is not None]
     farthest = f", best {max(best):.2f} m" if best else ""
     return f"{told}{farthest}" + (f", {duration(left_s)} left" if left_s is not None else "")
 
@@ -145,7 +145,7 @@ def table(rows: Mapping[str, Row], left_s: float | None) -> Table:
     for column in ("run", "state", "generation", "best", "left"):
         found.add_column(column, justify="left" if column in ("run", "state") else "right")
     for name, row in list(shown.items())[:MOST_ROWS]:
-        look = row.look
+        look = row.progress
         found.add_row(
             name,
             row.state,
@@ -158,6 +158,6 @@ def table(rows: Mapping[str, Row], left_s: float | None) -> Table:
 
 
 def _result(row: Row) -> str:
-    if row.state != "finished" or row.look.best_m is None:
+    if row.state != "finished" or row.progress.best_m is None:
         return ""
-    return f": {row.look.generation} generations, champion {row.look.best_m:.2f} m"
+    return f": {row.progress.generation} generations, champion {row.progress.best_m:.2f} m"

@@ -59,7 +59,7 @@ class HoldTournament:
             )
         changed = self._on_ground(entrants)
         try:
-            held = tournament.hold(
+            figures = tournament.compete(
                 changed,
                 engine=self.engine,
                 seed=self.seed,
@@ -68,9 +68,9 @@ class HoldTournament:
             )
         except ValueError as error:
             raise RunError(str(error)) from None
-        tournament_table.show(held, self.source)
-        elsewhere = changed.experiment.tried() != entrants.experiment.tried()
-        self._write(held, entrants, elsewhere=elsewhere)
+        tournament_table.show(figures, self.source)
+        elsewhere = changed.experiment.as_tested() != entrants.experiment.as_tested()
+        self._write(figures, entrants, elsewhere=elsewhere)
         return 0
 
     def _check(self) -> None:
@@ -93,16 +93,16 @@ class HoldTournament:
         from mjxwalk.settings import override
 
         experiment = override(
-            entrants.experiment.tried(), "env.terrain.roughness", str(self.roughness)
+            entrants.experiment.as_tested(), "env.terrain.roughness", str(self.roughness)
         )
         return dataclasses.replace(entrants, experiment=experiment)
 
-    def _write(self, held: "Tournament", entrants: "Entrants", *, elsewhere: bool) -> None:
+    def _write(self, figures: "Tournament", entrants: "Entrants", *, elsewhere: bool) -> None:
         from mjxwalk import tournament, walkers
         from mjxwalk.tournament import results
 
         if self.json is not None:
-            outputs.write(self.json, outputs.as_json(held))
+            outputs.write(self.json, outputs.as_json(figures))
             say(f"wrote {self.json}")
         if walkers.in_zoo(self.source):
             return
@@ -112,6 +112,6 @@ class HoldTournament:
         if self.json is not None and not os.access(self.source, os.W_OK):
             say(f"{self.source} is left as it is: it cannot be written")
             return
-        winner = entrants.of_generation(held.winner_generation)
-        tournament.write(Path(self.source), held, winner)
+        winner = entrants.of_generation(figures.winner_generation)
+        tournament.write(Path(self.source), figures, winner)
         say(f"wrote {results.FILE} and {results.WINNER_FILE} in {self.source}")

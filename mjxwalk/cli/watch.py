@@ -168,7 +168,7 @@ class Watch:
     def _on_ground(self, cast: "Cast") -> "Cast":
         from mjxwalk.settings import override
 
-        experiment = cast.experiment.tried()
+        experiment = cast.experiment.as_tested()
         if self.roughness is not None:
             experiment = override(experiment, "env.terrain.roughness", str(self.roughness))
         return dataclasses.replace(cast, experiment=experiment)

@@ -4,7 +4,6 @@ from mjxwalk.evolution.elites import Elites
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
 from mjxwalk.evolution.generation import Evolution, RunState
 from mjxwalk.evolution.loop import evolve
-from mjxwalk.evolution.measuring import Trials
 from mjxwalk.evolution.recorder import Recorder, RunRecorder
 from mjxwalk.experiments.goal import Goal
 from mjxwalk.progress import Reporter
@@ -19,6 +18,5 @@ __all__ = [
     "RunRecorder",
     "RunState",
     "Evolvable",
-    "Trials",
     "evolve",
 ]

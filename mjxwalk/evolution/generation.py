@@ -19,7 +19,7 @@ from mjxwalk.engines.pinning import pinned
 from mjxwalk.evolution import memory
 from mjxwalk.evolution.elites import Elites, fittest
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
-from mjxwalk.evolution.measuring import Trials, measure, summarise
+from mjxwalk.evolution.generation_metrics import MeanOutcome, measure, summarise
 from mjxwalk.outcomes import over_terrains
 from mjxwalk.rollout import TrialRunner
 from mjxwalk.runs import Metrics
@@ -52,7 +52,7 @@ class RunState(NamedTuple):
     strategy: Any
     population: Any
     fitness: Float[np.ndarray, " pop"]
-    outcome: Trials
+    outcome: MeanOutcome
     elite: Any
     elites: Elites
     reached: Bool[np.ndarray, ""]
@@ -115,7 +115,7 @@ class Evolution:
             strategy=strategy,
             population=jax.tree.map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), population),
             fitness=empty,
-            outcome=Trials(*[empty] * len(Trials._fields)),
+            outcome=MeanOutcome(*[empty] * len(MeanOutcome._fields)),
             elite=_on_host(template),
             elites=Elites.none(template),
             reached=np.zeros((), bool),

@@ -144,14 +144,14 @@ def hold_tournament(place: Path, study: StudyConfig, say: Callable[[str], None])
       RunError: the run cannot be read, or a file cannot be written.
     """
     entrants = walkers.entrants(place)
-    held = tournament.hold(
+    figures = tournament.compete(
         entrants,
         engine=manifest.engine(place, study.engine),
         seed=study.seed,
         terrains=max(FEWEST_TERRAINS, round(study.scale * tournament.TERRAINS)),
         say=say,
     )
-    tournament.write(place, held, entrants.of_generation(held.winner_generation))
+    tournament.write(place, figures, entrants.of_generation(figures.winner_generation))
 
 
 def _start_phase(path: Path, study: StudyConfig, number: int) -> tuple[Config, Start | None]:

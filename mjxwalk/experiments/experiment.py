@@ -58,8 +58,8 @@ class Experiment:
         run's last population; "population" goes on with that population and the state that its
         strategy was in.
       ramp: ground whose roughness changes as walkers get better; None for the same in all.
-      arena: settings of `env` by their paths that are others where tournaments and reports try its
-        walkers, such as {"terrain.roughness": 0.02}.
+      test_settings: settings of `env`, by their paths, that differ where tournaments and reports
+        test its walkers, such as {"terrain.roughness": 0.02}.
       pruning: removes links as the evolution goes on, and ends it when that has cost too much;
         None to keep them.
     """
@@ -78,7 +78,9 @@ class Experiment:
     start: Literal["zero", "winner", "mean", "population"] = "zero"
     ramp: RoughnessRamp | None = None
     # A table cannot be hashed; experiments that differ in it alone may share a hash.
-    arena: Mapping[str, float] = dataclasses.field(default_factory=dict[str, float], hash=False)
+    test_settings: Mapping[str, float] = dataclasses.field(
+        default_factory=dict[str, float], hash=False
+    )
     pruning: Pruning | None = None
 
     def __post_init__(self) -> None:
@@ -101,17 +103,17 @@ class Experiment:
                 f"controller {type(self.controller).__name__} has no {', '.join(lacks)}; derive it "
                 "from mjxwalk.controllers.Controller, which has all but template and act"
             )
-        self._arena()
+        self._tested_env()
         if self.goal.is_fine:
             self.finer(self.goal.fine_factor)  # refuses too short a step
 
-    def _arena(self) -> Any:
+    def _tested_env(self) -> Any:
         env = self.env
-        for path, value in self.arena.items():
+        for path, value in self.test_settings.items():
             try:
                 env = override(env, path, str(value))
             except RunError as error:
-                raise ValueError(f"arena: {error}") from None
+                raise ValueError(f"test_settings: {error}") from None
         return env
 
     @property
@@ -195,11 +197,11 @@ class Experiment:
         budget.check_grounds(self.env.terrain, num)
         return self.env.sample_trials(key, num, roughness)
 
-    def tried(self) -> "Experiment":
-        """Returns the experiment as its walkers are tried, once they have evolved."""
-        if not self.arena:
+    def as_tested(self) -> "Experiment":
+        """Returns the experiment as tournaments and reports test its walkers."""
+        if not self.test_settings:
             return self
-        return dataclasses.replace(self, env=self._arena(), arena={}, ramp=None)
+        return dataclasses.replace(self, env=self._tested_env(), test_settings={}, ramp=None)
 
     def finer(self, factor: int) -> "Experiment":
         """Returns the experiment with its time step divided by a factor."""

@@ -37,14 +37,14 @@ def with_body(experiment: Any, text: str) -> Experiment:
     taller, stronger = _ratios(ours, env)
     rules = ("min_hip_height", taller), ("torque_budget", stronger)
     env = dataclasses.replace(env, **{name: getattr(env, name) * by for name, by in rules})
-    arena = dict(experiment.arena)
+    test_settings = dict(experiment.test_settings)
     for name, by in rules:
-        if name in arena:
-            arena[name] *= by
+        if name in test_settings:
+            test_settings[name] *= by
     return dataclasses.replace(
         experiment,
         env=env,
-        arena=arena,
+        test_settings=test_settings,
         controller=experiment.controller.scaled(stronger),
     )
 

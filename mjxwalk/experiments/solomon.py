@@ -92,7 +92,7 @@ RSIL_LINKS = {
 }
 
 
-LPD_ARENA = {"terrain.roughness": PAPER_ROUGHNESS, "torque_budget": LPD_BUDGET}
+LPD_TEST_SETTINGS = {"terrain.roughness": PAPER_ROUGHNESS, "torque_budget": LPD_BUDGET}
 
 
 def _ground(roughness: float, budget: float) -> Planar7:
@@ -158,7 +158,7 @@ def _lpd(study: str) -> Experiment:
     return dataclasses.replace(
         _steady(study),
         name=f"{study}/lpd",
-        arena=LPD_ARENA,
+        test_settings=LPD_TEST_SETTINGS,
         strategy=_around(sigma=LPD_SIGMA),
         generations=LPD_GENERATIONS,
     )
@@ -170,7 +170,7 @@ def _fil(name: str, lpd: Experiment, controller: LinearReactive) -> Experiment:
         lpd,
         name=name,
         env=_ground(PAPER_ROUGHNESS, FIL_BUDGET),
-        arena={},
+        test_settings={},
         controller=controller,
         strategy=_around(sigma=0.005),  # section 2.7.3
         generations=3_000,  # section 2.7.3

@@ -92,7 +92,7 @@ def _steady(study: str, name: str, sigma: float) -> Experiment:
         terrains_per_evaluation=TERRAINS,
         start="mean",
         ramp=None,
-        arena={"terrain.roughness": HARD_ROUGHNESS, "torque_budget": 1_000.0},
+        test_settings={"terrain.roughness": HARD_ROUGHNESS, "torque_budget": 1_000.0},
     )
 
 

@@ -8,12 +8,15 @@ from mjxwalk.errors import RunError
 from mjxwalk.experiments import registry
 from mjxwalk.runs import Run, config
 
+# What settings were called when older runs were written, and what they are called now.
+RENAMED = {"arena": "test_settings"}
+
 # Settings that experiments did not have when older runs were written, and what they did then; a
 # table that is not empty is of a group's settings.
 ADDED: dict[str, Any] = {
     "start": "zero",
     "ramp": None,
-    "arena": {},
+    "test_settings": {},
     "pruning": None,
     "goal": {"fine_trials": 0, "fine_factor": 4},
     "env": {"min_speed": 0.0, "max_lag": 1e9, "body": ""},
@@ -35,7 +38,7 @@ def of_run(run: Run) -> Any:
 def from_data(data: dict[str, Any], defaults: Any = None) -> Any:
     """Returns an experiment from its settings as plain data; imports JAX.
 
-    Settings that experiments did not have when older runs were written are filled in.
+    Settings of older runs get their names of today, and those that they did not have are filled in.
 
     Args:
       data: the settings.
@@ -47,6 +50,7 @@ def from_data(data: dict[str, Any], defaults: Any = None) -> Any:
     """
     if defaults is None:
         defaults = registry.get(str(data.get("name")))
+    data = {RENAMED.get(name, name): value for name, value in data.items()}
     data = _with_added(data, ADDED, defaults)
     return settings.from_data(defaults, data, "experiment")
 

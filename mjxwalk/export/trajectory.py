@@ -39,7 +39,7 @@ def record(walker: Walker, take: Take) -> Table:
       ValueError: the frame rate or the duration is wrong.
       RunError: the roughness is refused.
     """
-    experiment = walker.experiment.tried()
+    experiment = walker.experiment.as_tested()
     if take.roughness is not None:
         experiment = override(experiment, "env.terrain.roughness", str(take.roughness))
     env = experiment.env

@@ -11,7 +11,7 @@ from mjxwalk.report import (
     fits,
     hips,
     links,
-    ran,
+    provenance_section,
     recorded,
     remarks,
     replayed,
@@ -73,7 +73,7 @@ def build(
         title=_title(read),
         lead=_lead(read, asked),
         remarks=tuple(remarks.find(read, variants)),
-        sections=(ran.section(read), *sections),
+        sections=(provenance_section.section(read), *sections),
         references=references,
     )
 
@@ -126,7 +126,7 @@ def _lead(read: Sequence[Source], variants: Mapping[str, Sequence[Phase]]) -> tu
     phases = [phase for source in read for phase in source.phases]
     steps = sum(int(phase.run.metrics["physics_steps"].sum()) for phase in phases)
     generations = sum(len(phase.run.metrics["generation"]) for phase in phases)
-    wall = ran.duration(sum(map(ran.wall_time, phases)))
+    wall = provenance_section.duration(sum(map(provenance_section.wall_time, phases)))
     told = [
         f"{count(generations, 'generation')} and {number(steps / 1e6, 1)} million physics steps in "
         f"{wall}."

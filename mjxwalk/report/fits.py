@@ -14,7 +14,7 @@ from mjxwalk.controllers.patterns import FourJoints, stride_time
 from mjxwalk.controllers.rayleigh import JOINTS
 from mjxwalk.errors import RunError
 from mjxwalk.fitting import Fitting
-from mjxwalk.report import drawing, ran
+from mjxwalk.report import drawing, provenance_section
 from mjxwalk.report.parts import (
     NOTHING,
     Cell,
@@ -70,7 +70,7 @@ def build(read: Sequence[Source]) -> Page:
         lead=(_lead(phase, ours, len(phases)),),
         remarks=(),
         sections=(
-            ran.section(read),
+            provenance_section.section(read),
             _errors(experiment, ours),
             _parameters(phase),
             _course(phase, ours),

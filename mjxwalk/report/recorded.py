@@ -117,7 +117,7 @@ def _trials(
     import pandas as pd
 
     rows: list[Any] = []
-    env = phase.experiment.tried().env
+    env = phase.experiment.as_tested().env
     for place, first in enumerate(range(0, num_trials, AT_ONCE)):
         recording = trials.record_trials(
             phase.experiment,
@@ -140,7 +140,7 @@ def _faults(phases: Sequence[Phase], seed: int, engine: str) -> Frame | None:
         return None
     rows: list[Any] = []
     for phase in phases:
-        experiment = phase.experiment.tried()
+        experiment = phase.experiment.as_tested()
         recording = trials.record_trials(
             experiment, phase.walker.genotype, trials=LOOKED_AT, seed=seed, engine=engine
         )
@@ -151,7 +151,7 @@ def _faults(phases: Sequence[Phase], seed: int, engine: str) -> Frame | None:
 
 def _stick(phase: Phase, seed: int, engine: str) -> Stick:
     """Returns the first seconds of a trial without a fall in them, if there is one."""
-    experiment = phase.experiment.tried()
+    experiment = phase.experiment.as_tested()
     env = experiment.env
     key = jax.random.fold_in(jax.random.key(seed), STICK_FIGURES)
     trials_given = experiment.sample_trials(key, CHOICE)

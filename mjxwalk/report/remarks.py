@@ -7,7 +7,7 @@ from typing import Any
 from mjxwalk import shell
 from mjxwalk.analysis import paper
 from mjxwalk.report.parts import Remark
-from mjxwalk.report.ran import state
+from mjxwalk.report.provenance_section import state
 from mjxwalk.report.sources import Phase, Source, shown
 from mjxwalk.tournament import remarks
 from mjxwalk.tournament.results import (

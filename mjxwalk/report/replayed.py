@@ -58,4 +58,4 @@ def section(
 
 def _cast(phase: Phase) -> Cast:
     cast = casting.of_walker(phase.walker)
-    return dataclasses.replace(cast, source=phase.label, experiment=phase.experiment.tried())
+    return dataclasses.replace(cast, source=phase.label, experiment=phase.experiment.as_tested())

@@ -7,14 +7,14 @@ from typing import Any
 import msgspec
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files, sealing
+from mjxwalk.runs import digests, files
 
 FILE = "config.json"
 SCHEMA = 3  # of this file; raise it when a setting changes its meaning
 # Older versions, which are read as well. The first had no digest; the files of a run that either
 # began do not name their run (see `mjxwalk.runs.owner`).
-UNSEALED = 1
-UNNAMED = (UNSEALED, 2)
+WITHOUT_DIGEST = 1
+UNNAMED = (WITHOUT_DIGEST, 2)
 
 # ours: enough to fall back on when the newest is damaged. A run of thousands of generations that
 # keeps all takes gigabytes, and the last 50 elites are in every checkpoint anyway.
@@ -79,7 +79,7 @@ def text(file: ConfigFile) -> bytes:
       RunError: a setting is no text.
     """
     try:
-        return sealing.sealed(file)
+        return digests.with_digest(file)
     except UnicodeEncodeError:
         raise RunError(
             f"experiment {file.experiment.get('name')} has a setting that is no text"
@@ -95,7 +95,7 @@ def read_data(folder: Path) -> dict[str, Any]:
     file, content = read(folder)
     check(folder, file, content)
     data = msgspec.to_builtins(file)
-    del data[sealing.DIGEST], data["start"]
+    del data[digests.DIGEST], data["start"]
     return data
 
 
@@ -126,5 +126,5 @@ def read(folder: Path) -> tuple[ConfigFile, bytes]:
 
 def check(folder: Path, file: ConfigFile, content: bytes) -> None:
     """Raises RunError unless `config.json` is as it was written."""
-    if file.schema != UNSEALED or file.digest is not None:
-        sealing.check(folder / FILE, content, needed=True)
+    if file.schema != WITHOUT_DIGEST or file.digest is not None:
+        digests.check(folder / FILE, content, needed=True)

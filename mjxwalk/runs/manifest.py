@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 import mjxwalk
-from mjxwalk.runs import files, owner, sealing
+from mjxwalk.runs import digests, files, owner
 
 FILE = "manifest.json"
 PACKAGES = (
@@ -64,7 +64,7 @@ def write(folder: Path, *, engine: str, why: str, devices: str, settings: dict[s
         "cores": os.cpu_count(),
         "system": platform.platform(),
     }
-    files.replace(folder, FILE, owner.sealed(folder, data))
+    files.replace(folder, FILE, owner.with_digest(folder, data))
 
 
 def versions() -> dict[str, str | None]:
@@ -118,7 +118,7 @@ def read(folder: Path) -> dict[str, Any]:
         return {}
     files.decode(folder / FILE, content, _Known)
     data = files.decode_table(folder / FILE, content)
-    return {name: value for name, value in data.items() if name not in (sealing.DIGEST, owner.RUN)}
+    return {name: value for name, value in data.items() if name not in (digests.DIGEST, owner.RUN)}
 
 
 def engine(folder: Path, otherwise: str) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, files, sealing
+from mjxwalk.runs import config, digests, files
 
 RUN = "run"  # what a file calls it
 
@@ -49,31 +49,31 @@ def of(folder: Path) -> Owner:
     if content is None:
         return Owner("", is_named=False)
     data = files.decode_table(folder / config.FILE, content)
-    return Owner(sealing.digest(data), is_named=data.get("schema") not in config.UNNAMED)
+    return Owner(digests.of_table(data), is_named=data.get("schema") not in config.UNNAMED)
 
 
 def check_content(path: Path, content: bytes, expected: str) -> None:
     """Raises RunError unless a file has the content whose digest another file of its run holds."""
-    if sealing.of_bytes(content) != expected:
+    if digests.of_bytes(content) != expected:
         raise RunError(
             f"{path} is not the file that its run wrote: its contents do not match their digest in "
             "the file that belongs to it"
         )
 
 
-def sealed(folder: Path, data: object) -> bytes:
+def with_digest(folder: Path, data: object) -> bytes:
     """Returns the content of a JSON file of the run in a folder, with digests of it and of the run.
 
     Raises:
       RunError: the run's settings cannot be read.
     """
-    return sealing.sealed(data, run=of(folder).digest)
+    return digests.with_digest(data, run=of(folder).digest)
 
 
 def read(folder: Path, name: str) -> bytes | None:
-    """Returns the content of a JSON file that `sealed` made, None if it is not there.
+    """Returns the content of a JSON file that `with_digest` made, None if it is not there.
 
-    Older versions of mjxwalk sealed no tournaments, and named the run in no file.
+    Older versions of mjxwalk put no digest in tournaments, and named the run in no file.
 
     Raises:
       RunError: it cannot be read, was changed, or is of another run.
@@ -81,6 +81,6 @@ def read(folder: Path, name: str) -> bytes | None:
     content = files.read_inside(folder, name, files.MOST_JSON)
     if content is not None:
         path, owner = folder / name, of(folder)
-        sealing.check(path, content, needed=owner.is_named)
+        digests.check(path, content, needed=owner.is_named)
         owner.check(path, files.decode_table(path, content).get(RUN))
     return content

@@ -8,7 +8,7 @@ import msgspec
 import numpy.typing as npt
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files, owner, sealing
+from mjxwalk.runs import digests, files, owner
 from mjxwalk.runs.npz import MOST_BYTES, from_npz, npz
 
 FILE = "result.json"
@@ -67,8 +67,8 @@ def write(folder: Path, result: Result, genotype: Mapping[str, npt.NDArray[Any]]
     """
     weights = npz(genotype)
     files.replace(folder, CHAMPION_FILE, weights)
-    told = {**msgspec.to_builtins(result), "weights": sealing.of_bytes(weights)}
-    files.replace(folder, FILE, owner.sealed(folder, told))
+    told = {**msgspec.to_builtins(result), "weights": digests.of_bytes(weights)}
+    files.replace(folder, FILE, owner.with_digest(folder, told))
 
 
 def read(folder: Path) -> Result | None:

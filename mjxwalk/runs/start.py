@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, files, owner, sealing
+from mjxwalk.runs import config, digests, files, owner
 from mjxwalk.runs.npz import MOST_BYTES, from_npz, npz
 
 FILE = "start.npz"
@@ -40,7 +40,7 @@ def write(folder: Path, start: Start) -> str:
     arrays["elite_fitness"] = start.elite_fitness
     content = npz(arrays)
     files.replace(folder, FILE, content)
-    return sealing.of_bytes(content)
+    return digests.of_bytes(content)
 
 
 def read(folder: Path) -> Start:

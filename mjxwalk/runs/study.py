@@ -7,12 +7,12 @@ import msgspec
 
 from mjxwalk import shell
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files, sealing
+from mjxwalk.runs import digests, files
 from mjxwalk.runs.locking import LOCK_FILE, locked
 
 FILE = "study.json"
 SCHEMA = 2  # of this file; raise it when a setting changes its meaning
-UNSEALED = 1  # the version before, which had no digest and is read as well
+WITHOUT_DIGEST = 1  # the version before, which had no digest and is read as well
 # What a process that was killed while it made a study's folder may have left in it.
 BEGUN = (LOCK_FILE, files.partial(FILE))
 
@@ -78,7 +78,7 @@ def create(path: Path, file: StudyFile) -> None:
 
 def text(file: StudyFile) -> bytes:
     """Returns the content of `study.json`, with its digest."""
-    return sealing.sealed(file)
+    return digests.with_digest(file)
 
 
 def read(path: Path) -> tuple[StudyFile, bytes]:
@@ -92,12 +92,12 @@ def read(path: Path) -> tuple[StudyFile, bytes]:
     if raw is None:
         raise RunError(f"{path} is no study: it has no {FILE}")
     schema = files.decode_table(file, raw).get("schema")
-    if isinstance(schema, int) and schema not in (UNSEALED, SCHEMA):
+    if isinstance(schema, int) and schema not in (WITHOUT_DIGEST, SCHEMA):
         raise RunError(f"{file} has version {schema} and this mjxwalk reads version {SCHEMA}")
     return files.decode(file, raw, StudyFile), raw
 
 
 def check(path: Path, file: StudyFile, content: bytes) -> None:
     """Raises RunError unless `study.json` is as it was written."""
-    if file.schema != UNSEALED or file.digest is not None:
-        sealing.check(path / FILE, content, needed=True)
+    if file.schema != WITHOUT_DIGEST or file.digest is not None:
+        digests.check(path / FILE, content, needed=True)

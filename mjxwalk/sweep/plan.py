@@ -10,7 +10,7 @@ import msgspec
 
 from mjxwalk import shell, terminal
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files, sealing
+from mjxwalk.runs import digests, files
 from mjxwalk.runs.locking import LOCK_FILE, locked
 
 FILE = "sweep.json"
@@ -115,7 +115,7 @@ def create(path: Path, plan: Plan) -> None:
             _check_same(path, plan)
             return
         data: dict[str, Any] = {"schema": SCHEMA, **msgspec.to_builtins(plan)}
-        files.replace(path, FILE, sealing.sealed(data))
+        files.replace(path, FILE, digests.with_digest(data))
 
 
 def _check_same(path: Path, plan: Plan) -> None:
@@ -154,7 +154,7 @@ def _read(path: Path) -> Plan:
     if isinstance(schema, int) and schema != SCHEMA:
         raise RunError(f"{file} has version {schema} and this mjxwalk reads version {SCHEMA}")
     found = files.decode(file, content, _File)
-    sealing.check(file, content, needed=True)
+    digests.check(file, content, needed=True)
     for run in found.runs:
         if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", run.name) or run.name == LOGS:
             raise RunError(f"{file} has a run named {run.name!r}, which is no name for its folder")

@@ -10,10 +10,10 @@ from typing import Literal, Protocol, runtime_checkable
 from mjxwalk import shell
 from mjxwalk.errors import Interrupted, RunError
 from mjxwalk.runs import files, folder
-from mjxwalk.sweep import executors
+from mjxwalk.sweep import executors, run_progress
 from mjxwalk.sweep.jobs import Executor, Handle, Job, Main
-from mjxwalk.sweep.looking import Look, look
 from mjxwalk.sweep.plan import LOGS, Plan, PlannedRun, resuming
+from mjxwalk.sweep.run_progress import RunProgress
 
 State = Literal["waiting", "running", "finished", "failed", "stopped"]
 INTERVAL = 0.25  # s between looks
@@ -31,7 +31,7 @@ class Row:
     """
 
     state: State = "waiting"
-    look: Look = Look()
+    progress: RunProgress = RunProgress()
     reason: str = ""
 
 
@@ -77,8 +77,8 @@ def go_on(
       Interrupted: the user stopped it.
     """
     with folder.locked(path):
-        rows = {run.name: Row(look=look(path / run.name)) for run in plan.runs}
-        left = [run for run in plan.runs if not rows[run.name].look.is_finished]
+        rows = {run.name: Row(progress=run_progress.read(path / run.name)) for run in plan.runs}
+        left = [run for run in plan.runs if not rows[run.name].progress.is_finished]
         for name in rows.keys() - {run.name for run in left}:
             rows[name].state = "finished"
         if not left:
@@ -148,11 +148,11 @@ def _settle(path: Path, running: dict[str, Handle], rows: dict[str, Row], displa
     for name, handle in list(running.items()):
         ended = handle.is_done()  # before the look, which then sees all that it wrote
         row = rows[name]
-        row.look = look(path / name)
+        row.progress = run_progress.read(path / name)
         if not ended:
             continue
         del running[name]
-        row.state = "finished" if row.look.is_finished else "failed"
+        row.state = "finished" if row.progress.is_finished else "failed"
         if row.state == "failed":
             row.reason = handle.reason() or _last_line(path / LOGS / f"{name}.log")
             display.say(f"{name} failed: {row.reason}")
@@ -165,13 +165,13 @@ def _stop(path: Path, running: dict[str, Handle], rows: dict[str, Row]) -> None:
     for name, handle in running.items():
         while not handle.is_done() and time.monotonic() < deadline:
             time.sleep(INTERVAL)
-        rows[name].look = look(path / name)
-        rows[name].state = "finished" if rows[name].look.is_finished else "stopped"
+        rows[name].progress = run_progress.read(path / name)
+        rows[name].state = "finished" if rows[name].progress.is_finished else "stopped"
 
 
 def _job(path: Path, run: PlannedRun) -> Job:
     place = path / run.name
-    begun = look(place).is_begun
+    begun = run_progress.read(place).is_begun
     again = ("resume", str(place), *resuming(run.args))
     args = again if begun else ("evolve", *run.args, "--out", str(place))
     return Job(run.name, args, place, path / LOGS / f"{run.name}.log")

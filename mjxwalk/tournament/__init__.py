@@ -19,7 +19,7 @@ def _silent(text: str) -> None:
     del text
 
 
-def hold(
+def compete(
     entrants: Entrants,
     *,
     engine: str = "auto",
@@ -43,9 +43,9 @@ def hold(
     Raises:
       ValueError: there is no such engine, or a number is wrong.
     """
-    from mjxwalk.tournament import holding
+    from mjxwalk.tournament import competition
 
-    return holding.hold(
+    return competition.compete(
         entrants, engine=engine, seed=seed, screening=screening, terrains=terrains, say=say
     )
 
@@ -62,4 +62,4 @@ def write(folder: Path, tournament: Tournament, genotype: Any) -> None:
     results.write(folder, tournament, flatten(genotype))
 
 
-__all__ = ["SCREENING", "TERRAINS", "Condition", "Tournament", "hold", "read", "write"]
+__all__ = ["SCREENING", "TERRAINS", "Condition", "Tournament", "compete", "read", "write"]

@@ -7,7 +7,7 @@ import msgspec
 import numpy.typing as npt
 
 from mjxwalk.errors import RunError
-from mjxwalk.runs import files, owner, sealing
+from mjxwalk.runs import digests, files, owner
 from mjxwalk.runs.npz import MOST_BYTES, from_npz, npz
 
 FILE = "tournament.json"
@@ -89,8 +89,8 @@ def write(folder: Path, tournament: Tournament, arrays: dict[str, npt.NDArray[An
       RunError: the files cannot be written, for example because the disk is full.
     """
     weights = npz(arrays)
-    told = {**msgspec.to_builtins(tournament), "weights": sealing.of_bytes(weights)}
-    content = owner.sealed(folder, told)
+    told = {**msgspec.to_builtins(tournament), "weights": digests.of_bytes(weights)}
+    content = owner.with_digest(folder, told)
     # Figures without their winner would be another's; between the two files there are none.
     files.remove(folder, FILE)
     files.replace(folder, WINNER_FILE, weights)

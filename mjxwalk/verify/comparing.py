@@ -43,7 +43,7 @@ def verify(
       ValueError: there is no such engine, or the body has what we have no law for.
     """
     _check(walker)
-    experiment = walker.experiment.tried()
+    experiment = walker.experiment.as_tested()
     key = jax.random.fold_in(jax.random.key(seed), VERIFY)
     given = experiment.sample_trials(key, terrains, roughness)
     evaluator = evaluation.make_evaluator(experiment, engine)

@@ -34,12 +34,13 @@ SOURCES = ("zoo:planar-lpd", "zoo:flame-sil", "zoo:reil", "zoo:nothing", "nowher
 SETTINGS = (
     *("nothing=1", "strategy=null", "env=null", "controller=null", "goal=null", "name=x"),
     *("pruning=null", "pruning.every=3", "ramp=null", "ramp.start=1", "restart_after=5"),
-    *("start=winner", "start=population", "arena={}", 'arena={"x": 1}', "=1", "a.b.c=1"),
+    *("start=winner", "start=population", "test_settings={}", 'test_settings={"x": 1}'),
     *("strategy.sigma=x", "strategy.sigma=-1", "strategy.sigma=[1, 2]", "strategy.name=snes"),
     *("strategy.name=5", "strategy.options=1", "strategy.mask=true", "strategy.links=1"),
     *("strategy.groups=1", "strategy.population_size=4", "population_size=1e3", "generations=0"),
     *("controller.links=all", "controller.links={}", "controller.links=5", "env.max_time=nan"),
     *("env.timestep=0", "env.terrain=null", "weight=1", "gait=nowhere", "network=1"),
+    *("=1", "a.b.c=1"),
 )
 
 

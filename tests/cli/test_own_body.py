@@ -106,8 +106,8 @@ def test_the_body_of_a_strangers_run_passes_the_same_door(
     data = msgspec.json.decode(run_config.text(settings))
     data["experiment"]["env"]["body"] = hostile(OURS, HOSTILE[name])
     del data["digest"], data["schema"]
-    sealed = {"schema": config.UNSEALED, **data}
-    Path("run/config.json").write_bytes(msgspec.json.encode(sealed))
+    data = {"schema": config.WITHOUT_DIGEST, **data}
+    Path("run/config.json").write_bytes(msgspec.json.encode(data))
     assert main(["resume", "run"]) == 2
     assert main(["evolve", "--body", "run", "--out", "mine"]) == 2
     first, second = capfd.readouterr().err.splitlines()

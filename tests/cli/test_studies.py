@@ -285,14 +285,14 @@ def test_the_tournament_shrinks_with_the_study(
 ) -> None:
     asked: list[tuple[str, int, int]] = []
 
-    def hold(entrants: object, *, engine: str, seed: int, terrains: int, say: object) -> object:
+    def compete(entrants: object, *, engine: str, seed: int, terrains: int, say: object) -> object:
         asked.append((engine, seed, terrains))
         raise RunError("enough")
 
     monkeypatch.undo()  # the toys' own tournament
     toy.install(monkeypatch)
     monkeypatch.setattr(runner, "hold_tournament", HOLD)
-    monkeypatch.setattr(runner.tournament, "hold", hold)
+    monkeypatch.setattr(runner.tournament, "compete", compete)
     for scale in (1.0, 0.1, 0.001):
         settings = StudyConfig(name="toys", phases=toy.STUDY.phases, seed=5, scale=scale)
         with pytest.raises(RunError, match="enough"):

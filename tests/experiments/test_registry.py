@@ -11,7 +11,7 @@ from toy import Toy
 from mjxwalk import cli, experiments, runs
 from mjxwalk.errors import RunError
 from mjxwalk.experiments import registry
-from mjxwalk.runs import config, sealing
+from mjxwalk.runs import config, digests
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -65,7 +65,7 @@ def test_a_run_cannot_have_a_module_imported(tmp_path: Path) -> None:
     data = json.loads(file.read_text())
     for name in ("stranger", "stranger:TOY", "mjxwalk.experiments.solomon", "../stranger"):
         data["experiment"]["name"] = name
-        file.write_bytes(sealing.sealed(data))
+        file.write_bytes(digests.with_digest(data))
         with pytest.raises(ValueError, match="unknown experiment"):
             experiments.from_data(config.read_data(Path("a"))["experiment"])
 

@@ -55,10 +55,10 @@ def test_terrains_are_of_the_environment_s_roughness_or_that_asked_for() -> None
 
 def test_walkers_are_tried_on_the_paper_s_ground_whatever_they_evolved_on() -> None:
     assert (step(LPD), LPD.env.torque_budget) == (pytest.approx(0.026, abs=1e-6), 9_000.0)
-    tried = LPD.tried()
+    tried = LPD.as_tested()
     assert (step(tried), tried.env.torque_budget) == (pytest.approx(0.02, abs=1e-6), 3_000.0)
-    assert tried.tried() is tried
-    assert FIL.tried() is FIL and FIL.env.torque_budget == 1_000.0
+    assert tried.as_tested() is tried
+    assert FIL.as_tested() is FIL and FIL.env.torque_budget == 1_000.0
 
 
 def test_generations_of_another_roughness_compile_nothing_anew() -> None:

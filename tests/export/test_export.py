@@ -46,7 +46,7 @@ class Small:
     controller: Any
     name: str = "small"
 
-    def tried(self) -> "Small":
+    def as_tested(self) -> "Small":
         """Returns itself."""
         return self
 

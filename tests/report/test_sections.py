@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from report.made import changed, condition, phase, tournament, weights
 
-from mjxwalk.report import benchmarks, fitness, links, ran, remarks, winners
+from mjxwalk.report import benchmarks, fitness, links, provenance_section, remarks, winners
 from mjxwalk.report.parts import Picture, Section, Table
 from mjxwalk.report.sources import Source
 
@@ -151,10 +151,10 @@ def test_without_pruning_there_is_no_table_3() -> None:
 
 
 def test_times_are_told_in_words() -> None:
-    assert ran.duration(12.34) == "12.3 s"
-    assert ran.duration(75.0) == "1 min 15 s"
-    assert ran.duration(7260.0) == "2 h 1 min"
-    assert ran.wall_time(phase()) == 150.0
+    assert provenance_section.duration(12.34) == "12.3 s"
+    assert provenance_section.duration(75.0) == "1 min 15 s"
+    assert provenance_section.duration(7260.0) == "2 h 1 min"
+    assert provenance_section.wall_time(phase()) == 150.0
 
 
 def test_what_is_short_missing_or_doubtful_is_told() -> None:
@@ -202,7 +202,7 @@ def test_commands_are_quoted_for_the_shell() -> None:
 
 def test_a_population_of_other_settings_is_told_in_the_table_of_runs() -> None:
     small = changed(phase(), population_size=12)
-    section = ran.section([Source(path=small.run.path, study=None, phases=(small,))])
+    section = provenance_section.section([Source(path=small.run.path, study=None, phases=(small,))])
     assert texts(tables(section)["runs"])["runs/study/fil-0"][2] == "12"
     assert section.commands[0].startswith("mjxwalk evolve solomon-2d/fil --seed 0 --set ")
     assert "population_size=12" in section.commands[0]

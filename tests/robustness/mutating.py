@@ -24,7 +24,7 @@ from mjxwalk import runs, tournament
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.study_config import StudyConfig
-from mjxwalk.runs import RunError, folder, manifest, sealing
+from mjxwalk.runs import RunError, digests, folder, manifest
 from mjxwalk.tournament import results
 
 Random = np.random.Generator
@@ -112,8 +112,8 @@ def value(content: bytearray, random: Random) -> bytearray:
         return flip(content, random)
     table, key = places[random.integers(len(places))]
     table[key] = HOSTILE[random.integers(len(HOSTILE))]
-    is_sealed = isinstance(data, dict) and sealing.DIGEST in data
-    return bytearray(sealing.sealed(data) if is_sealed else msgspec.json.encode(data))
+    has_digest = isinstance(data, dict) and digests.DIGEST in data
+    return bytearray(digests.with_digest(data) if has_digest else msgspec.json.encode(data))
 
 
 def _collect(data: Any, places: list[tuple[Any, Any]]) -> None:

@@ -22,6 +22,7 @@ from mjxwalk.runs import (
     RunError,
     checkpoints,
     config,
+    digests,
     files,
     folder,
     manifest,
@@ -29,9 +30,8 @@ from mjxwalk.runs import (
     owner,
     packing,
     result,
-    sealing,
 )
-from mjxwalk.sweep import jobs, looking, plan, running
+from mjxwalk.sweep import jobs, plan, run_progress, running
 from mjxwalk.tournament import results
 
 SECONDS = 60  # after which something blocks
@@ -206,7 +206,7 @@ def make_sweep(path: Path) -> None:
     planned = plan.PlannedRun(name="seed-0", args=("toy",))
     data = plan.Plan(runs=(planned,), resources=plan.Resources())
     content = {"schema": plan.SCHEMA, **msgspec.to_builtins(data)}
-    (path / plan.FILE).write_bytes(sealing.sealed(content))
+    (path / plan.FILE).write_bytes(digests.with_digest(content))
 
 
 @pytest.mark.parametrize("place", ["logs", "logs/seed-0.log", "seed-0", "slurm", "slurm/1.out"])
@@ -254,7 +254,7 @@ def test_what_is_no_plain_file_blocks_no_look_and_is_not_read(
         (run / name).mkdir()
     else:
         (run / name).symlink_to(run.parent / "away")
-    looking.look(run)
+    run_progress.read(run)
     main(["list", "--runs", str(run.parent)])
     capsys.readouterr()
     reads: list[Callable[[], object]] = [
@@ -325,12 +325,12 @@ def as_older(run: Path) -> None:
     """Makes of a run what the version before wrote: no file named its run."""
     data = msgspec.json.decode((run / config.FILE).read_bytes())
     del data["start"]
-    (run / config.FILE).write_bytes(sealing.sealed({**data, "schema": 2}))
+    (run / config.FILE).write_bytes(digests.with_digest({**data, "schema": 2}))
     for name in (result.FILE, manifest.FILE):
         data = msgspec.json.decode((run / name).read_bytes())
         for added in (owner.RUN, "weights"):
             data.pop(added, None)
-        (run / name).write_bytes(sealing.sealed(data))
+        (run / name).write_bytes(digests.with_digest(data))
     data = msgspec.json.decode((run / results.FILE).read_bytes())
     for added in (owner.RUN, "weights", "digest"):
         del data[added]
@@ -373,7 +373,7 @@ def test_a_run_of_the_version_before_is_read_and_goes_on(made: Path, run: Path) 
 def test_a_file_that_names_no_run_is_refused_in_a_run_of_this_version(run: Path) -> None:
     data = msgspec.json.decode((run / result.FILE).read_bytes())
     del data[owner.RUN]
-    (run / result.FILE).write_bytes(sealing.sealed(data))
+    (run / result.FILE).write_bytes(digests.with_digest(data))
     with pytest.raises(RunError, match="another run"):
         result.read(run)
 
@@ -387,7 +387,7 @@ def test_json_of_many_layers_is_one_sentence(
     content = (run / name).read_bytes()
     at = content.index(b"{") + 1
     (run / name).write_bytes(content[:at] + b'"deep":' + deep + b"," + content[at:])
-    looking.look(run)
+    run_progress.read(run)
     assert main(["list", "--runs", str(run.parent)]) == 0
     capsys.readouterr()
     try:
@@ -417,7 +417,7 @@ def test_a_forged_option_of_the_strategy_is_one_sentence(
     data["experiment"]["strategy"]["options"]["sigma"] = value
     shutil.rmtree(run)
     run.mkdir()
-    (run / config.FILE).write_bytes(sealing.sealed(data))
+    (run / config.FILE).write_bytes(digests.with_digest(data))
     assert main(["resume", str(run)]) == 2
     told = capsys.readouterr().err
     assert told.startswith("mjxwalk: ") and told.count("\n") == 1
@@ -426,7 +426,7 @@ def test_a_forged_option_of_the_strategy_is_one_sentence(
 @pytest.mark.parametrize("packages", [[], 5, ["jax"], {"jax": []}], ids=str)
 def test_a_forged_manifest_is_one_sentence(run: Path, packages: object) -> None:
     data = msgspec.json.decode((run / manifest.FILE).read_bytes())
-    (run / manifest.FILE).write_bytes(sealing.sealed({**data, "packages": packages}))
+    (run / manifest.FILE).write_bytes(digests.with_digest({**data, "packages": packages}))
     with pytest.raises(RunError, match="manifest.json cannot be read"):
         manifest.read(run)
 

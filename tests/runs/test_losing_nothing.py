@@ -20,7 +20,7 @@ import toy
 from mjxwalk import runs
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
-from mjxwalk.runs import RunError, checkpoints, config, folder, metrics, sealing
+from mjxwalk.runs import RunError, checkpoints, config, digests, folder, metrics
 from mjxwalk.runs.checkpoints import Checkpoints
 
 ARRAYS = {
@@ -211,16 +211,16 @@ def test_figures_of_older_versions_have_no_checksum(finished: Path, tmp_path: Pa
     assert metrics.read(tmp_path) == metrics.read(finished)[:1]
 
 
-def test_a_sealed_file_may_be_laid_out_anew_and_not_changed(tmp_path: Path) -> None:
-    content = sealing.sealed({"speed": 0.1, "table": {"one": [1, None]}})
+def test_a_file_with_a_digest_may_be_laid_out_anew_and_not_changed(tmp_path: Path) -> None:
+    content = digests.with_digest({"speed": 0.1, "table": {"one": [1, None]}})
     path = tmp_path / "a.json"
-    sealing.check(path, msgspec.json.format(content, indent=-1), needed=True)
+    digests.check(path, msgspec.json.format(content, indent=-1), needed=True)
     for old, new in ((b"0.1", b"0.2"), (b"one", b"two"), (b"null", b"true")):
         with pytest.raises(RunError, match="was changed since it was written"):
-            sealing.check(path, content.replace(old, new), needed=True)
-    sealing.check(path, b'{"speed": 0.1}', needed=False)
+            digests.check(path, content.replace(old, new), needed=True)
+    digests.check(path, b'{"speed": 0.1}', needed=False)
     with pytest.raises(RunError, match="was changed"):
-        sealing.check(path, b'{"speed": 0.1}', needed=True)
+        digests.check(path, b'{"speed": 0.1}', needed=True)
 
 
 def test_a_clock_that_is_put_back_changes_nothing(

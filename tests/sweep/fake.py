@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from mjxwalk.runs import Champion, Result, config, folder, metrics, result, sealing
+from mjxwalk.runs import Champion, Result, config, digests, folder, metrics, result
 
 GENERATIONS = 3
 
@@ -42,7 +42,7 @@ def main(args: list[str]) -> int:
                 "schema": config.SCHEMA, "seed": 0, "engine": "mjx", "keep": 1, "save_every": 1,
                 "origin": None, "experiment": experiment,
             }  # fmt: skip
-            (path / config.FILE).write_bytes(sealing.sealed(data))
+            (path / config.FILE).write_bytes(digests.with_digest(data))
         for generation in range(1, GENERATIONS + 1):
             metrics.append(path, _line(generation))
             time.sleep(20 if slow else 0.01)

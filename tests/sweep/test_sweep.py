@@ -23,8 +23,8 @@ from mjxwalk.cli.parsing import parse
 from mjxwalk.cli.sweep_grid import is_of_sweep, make_plan
 from mjxwalk.engines.lanes.cache import entries
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, folder, sealing
-from mjxwalk.sweep import local, looking, plan
+from mjxwalk.runs import config, digests, folder
+from mjxwalk.sweep import local, plan, run_progress
 
 FAKE = Path(__file__).with_name("fake.py")
 
@@ -52,7 +52,7 @@ def test_a_sweep_runs_all_and_repeats_none(capsys: pytest.CaptureFixture[str]) -
     assert main(["resume", "s"]) == 0
     for seed in range(3):
         assert [each["args"][0] for each in told(f"seed-{seed}")] == ["evolve"]
-        assert looking.look(Path(f"s/seed-{seed}")).is_finished
+        assert run_progress.read(Path(f"s/seed-{seed}")).is_finished
 
 
 def test_a_failed_run_is_told_not_fatal_and_tried_again(capsys: pytest.CaptureFixture[str]) -> None:
@@ -139,7 +139,7 @@ def test_a_plan_that_leads_out_of_its_folder_is_refused(name: str, args: tuple[s
     Path("s").mkdir()
     run = {"name": name, "args": args}
     data = {"schema": plan.SCHEMA, "runs": [run], "resources": {}}
-    Path("s", plan.FILE).write_bytes(sealing.sealed(data))
+    Path("s", plan.FILE).write_bytes(digests.with_digest(data))
     with pytest.raises(RunError):
         plan.read(Path("s"), is_of_sweep)
 
@@ -234,9 +234,9 @@ def test_of_two_processes_that_plan_at_once_the_second_reads_what_the_first_wrot
 
 def test_what_a_damaged_run_tells_is_nothing() -> None:
     Path("a").mkdir()
-    assert looking.look(Path("a")) == looking.Look()
+    assert run_progress.read(Path("a")) == run_progress.RunProgress()
     Path("a", config.FILE).write_text("{")
-    assert looking.look(Path("a")) == looking.Look(is_begun=True)
+    assert run_progress.read(Path("a")) == run_progress.RunProgress(is_begun=True)
 
 
 def test_one_process_at_a_time_makes_a_kernel(

@@ -40,7 +40,7 @@ def test_conditions_differ_in_what_they_are_named_for_only() -> None:
 def test_a_planar_walker_is_tried_under_all_conditions() -> None:
     weights = jax.tree.map(lambda leaf: np.zeros((1, *leaf.shape), np.float32), SHORT.template())
     still = Entrants(name="still", experiment=SHORT, genotypes=weights, generations=np.array([1]))
-    held = tournament.hold(still, engine="lanes", terrains=10)
+    held = tournament.compete(still, engine="lanes", terrains=10)
     assert [each.trials for each in held.conditions] == [10, 10, 2, 10]
     usual, half, papers, started = (each.distance_mean_m for each in held.conditions)
     # Without torque the body sinks alike at any step: 0.3 s are a few centimetres.

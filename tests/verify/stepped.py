@@ -143,6 +143,6 @@ def field(env: Any, path: str) -> Any:
 def shorter(name: str, **rules: Any) -> Walker:
     """Returns a walker of the zoo whose trials end early."""
     walker = walkers.best(f"zoo:{name}")
-    tried = walker.experiment.tried()
+    tried = walker.experiment.as_tested()
     env = dataclasses.replace(tried.env, **rules)
     return dataclasses.replace(walker, experiment=dataclasses.replace(tried, env=env))

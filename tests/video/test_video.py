@@ -35,7 +35,9 @@ def drawable() -> None:
 def walked() -> Any:
     """Returns a second and a half of the planar walker of the zoo, walked once."""
     walker = walkers.best("zoo:planar-lpd")
-    shot = video.Shot(experiment=walker.experiment.tried(), genotype=walker.genotype, seconds=1.5)
+    shot = video.Shot(
+        experiment=walker.experiment.as_tested(), genotype=walker.genotype, seconds=1.5
+    )
     return shot, shot.walk(25.0)
 
 

@@ -39,7 +39,7 @@ def made(source: str, seconds: float = 3.0) -> Made:
 def cast(source: str) -> Cast:
     """Returns the walker on the ground that it is tried on."""
     found = casting.best(source)
-    return dataclasses.replace(found, experiment=found.experiment.tried())
+    return dataclasses.replace(found, experiment=found.experiment.as_tested())
 
 
 class Recorded(NamedTuple):

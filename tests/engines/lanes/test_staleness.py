@@ -274,7 +274,7 @@ SCALE = 1.0
 @dataclasses.dataclass(frozen=True)
 class Task:
     factor: float
-    arena: dict = dataclasses.field(default_factory=dict)
+    test_settings: dict = dataclasses.field(default_factory=dict)
 
     def rollout(self, x):
         return x * self.factor * SCALE

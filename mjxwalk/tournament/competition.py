@@ -33,7 +33,7 @@ class Keys(NamedTuple):
 
 
 @pinned()
-def hold(
+def compete(
     entrants: Entrants,
     *,
     engine: str,
@@ -42,13 +42,13 @@ def hold(
     terrains: int,
     say: Callable[[str], None],
 ) -> Tournament:
-    """Returns the winner and its figures; `mjxwalk.tournament.hold` tells the arguments.
+    """Returns the winner and its figures; `mjxwalk.tournament.compete` tells the arguments.
 
     Raises:
       ValueError: there is no such engine, or a number is wrong.
     """
     _check(entrants, seed=seed, screening=screening, terrains=terrains)
-    experiment, keys = entrants.experiment.tried(), draw_keys(seed)
+    experiment, keys = entrants.experiment.as_tested(), draw_keys(seed)
     budget.check_grounds(getattr(experiment.env, "terrain", None), terrains)
     evaluator = evaluation.make_evaluator(experiment, engine)
     place = 0

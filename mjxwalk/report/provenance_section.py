@@ -13,7 +13,7 @@ def section(sources: Sequence[Source]) -> Section:
     firsts = [source.phases[0] for source in sources]
     commands = [repeating.command(phase.run, phase.experiment) for phase in firsts]
     return Section(
-        anchor="ran",
+        anchor="provenance",
         title="What was run",
         texts=("To get the same again, in folders of their own:",),
         commands=tuple(dict.fromkeys(commands)),

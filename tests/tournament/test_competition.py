@@ -12,7 +12,7 @@ from mjxwalk import cli, evaluation, tournament, walkers
 from mjxwalk.envs import Trials
 from mjxwalk.evolution.generation import outer_keys
 from mjxwalk.rollout import Outcome
-from mjxwalk.tournament import holding
+from mjxwalk.tournament import competition
 from mjxwalk.tournament.entrants import Entrants
 from mjxwalk.tournament.results import AS_EVOLVED
 
@@ -46,7 +46,7 @@ def entrants(*off: float) -> Entrants:
 
 
 def test_the_entrant_with_the_best_mean_wins() -> None:
-    held = tournament.hold(entrants(0.5, 0.1, -0.3), screening=3, terrains=5)
+    held = tournament.compete(entrants(0.5, 0.1, -0.3), screening=3, terrains=5)
     assert (held.winner_generation, held.newest_generation) == (12, 13)
     assert (held.entrants, held.screening_terrains, held.engine) == (3, 3, "mjx")
     assert held.roughness_m == 0.1
@@ -54,12 +54,12 @@ def test_the_entrant_with_the_best_mean_wins() -> None:
 
 def test_nan_never_wins_and_the_newest_of_equals_does() -> None:
     fitness = np.array([[9.0, np.nan], [1.0, 2.0], [2.0, 1.0], [0.0, 0.0]])
-    assert holding.winner(fitness) == 2
-    assert holding.winner(np.full((2, 1), np.nan)) == 1
+    assert competition.winner(fitness) == 2
+    assert competition.winner(np.full((2, 1), np.nan)) == 1
 
 
 def test_figures_are_those_of_the_trials(grounds: list[Any]) -> None:
-    held = tournament.hold(entrants(2.2, 2.3), seed=3, screening=2, terrains=600)
+    held = tournament.compete(entrants(2.2, 2.3), seed=3, screening=2, terrains=600)
     figures = held.conditions[0]
     off = 6 * np.concatenate(grounds[1:3])[:, 0].astype(np.float64) ** 2 + 2.2**2
     fell = int((off > 5).sum())
@@ -77,14 +77,14 @@ def test_figures_are_those_of_the_trials(grounds: list[Any]) -> None:
 
 
 def test_a_walker_that_always_falls_has_no_speed() -> None:
-    figures = tournament.hold(entrants(4.0), terrains=4).conditions[0]
+    figures = tournament.compete(entrants(4.0), terrains=4).conditions[0]
     assert figures.fall_rate == 1.0
     assert figures.speed_m_s is None
     assert figures.cost_of_transport is None  # and got nowhere
 
 
 def test_a_lone_entrant_wins_untried() -> None:
-    held = tournament.hold(entrants(0.0), terrains=4)
+    held = tournament.compete(entrants(0.0), terrains=4)
     assert (held.winner_generation, held.screening_terrains) == (11, 0)
 
 
@@ -94,7 +94,7 @@ def test_terrains_of_the_run_of_screening_and_of_reporting_have_nothing_in_commo
     assert cli.main(["evolve", "--seed", "0", "--out", str(tmp_path / "a")]) == 0
     run = np.concatenate(grounds)
     grounds.clear()
-    tournament.hold(walkers.entrants(tmp_path / "a"), seed=0, screening=7, terrains=11)
+    tournament.compete(walkers.entrants(tmp_path / "a"), seed=0, screening=7, terrains=11)
     held = np.concatenate(grounds[:2])
     assert grounds[0].shape[0] == 7
     # The same terrains under all conditions, so that figures can be compared.
@@ -108,7 +108,7 @@ def test_no_run_of_the_same_seed_draws_from_a_key_of_the_tournament() -> None:
     key = jax.random.key(5)
     generations = jax.vmap(lambda g: jax.random.fold_in(key, g))(np.arange(5000))
     drawn = jax.vmap(lambda k: jax.random.split(k, 4))(generations)
-    ours = np.array([jax.random.key_data(each) for each in holding.draw_keys(5)])
+    ours = np.array([jax.random.key_data(each) for each in competition.draw_keys(5)])
     theirs = np.array([*jax.random.key_data(drawn).reshape(-1, 2)])
     outer = np.array([jax.random.key_data(each) for each in outer_keys(key)])
     every = {tuple(row) for row in np.concatenate([theirs, outer]).tolist()}
@@ -117,7 +117,7 @@ def test_no_run_of_the_same_seed_draws_from_a_key_of_the_tournament() -> None:
 
 def test_the_same_seed_gives_the_same_tournament_and_another_gives_another() -> None:
     first, same, other = (
-        tournament.hold(entrants(0.5, 0.1), seed=seed, screening=2, terrains=5)
+        tournament.compete(entrants(0.5, 0.1), seed=seed, screening=2, terrains=5)
         for seed in (1, 1, 2)
     )
     assert first == same
@@ -135,4 +135,4 @@ def test_the_same_seed_gives_the_same_tournament_and_another_gives_another() -> 
 )
 def test_wrong_numbers_are_refused(changes: dict[str, Any], complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
-        tournament.hold(entrants(0.1), **changes)
+        tournament.compete(entrants(0.1), **changes)

@@ -12,7 +12,7 @@ from mjxwalk.runs import Metrics
 from mjxwalk.runs.trees import flatten
 
 
-class Trials(NamedTuple):
+class MeanOutcome(NamedTuple):
     """What each genotype of a generation did: means over its terrains, units as in `Outcome`."""
 
     distance: Float[np.ndarray, " pop"]
@@ -24,9 +24,9 @@ class Trials(NamedTuple):
     steps: Float[np.ndarray, " pop"]
 
 
-def summarise(outcome: Outcome) -> Trials:
+def summarise(outcome: Outcome) -> MeanOutcome:
     """Returns means over the terrains of outcomes [pop, terrain]."""
-    return Trials(*[over_terrains(getattr(outcome, field)) for field in Trials._fields])
+    return MeanOutcome(*[over_terrains(getattr(outcome, field)) for field in MeanOutcome._fields])
 
 
 def measure(

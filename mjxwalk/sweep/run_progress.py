@@ -7,7 +7,7 @@ from mjxwalk.errors import RunError
 from mjxwalk.runs import config, metrics, result
 
 
-class Look(NamedTuple):
+class RunProgress(NamedTuple):
     """What a run's folder tells.
 
     Attributes:
@@ -27,24 +27,24 @@ class Look(NamedTuple):
     left_s: float | None = None
 
 
-def look(path: Path) -> Look:
+def read(path: Path) -> RunProgress:
     """Returns what a run's folder tells; of what is damaged, nothing."""
     if not (path / config.FILE).is_file():
-        return Look()
+        return RunProgress()
     try:
         total = int(config.read_data(path)["experiment"].get("generations", 0))
         finished = result.read(path)
         lines = metrics.read_latest(path)
     except (RunError, TypeError, ValueError, AttributeError):
-        return Look(is_begun=True)
+        return RunProgress(is_begun=True)
     generation = lines[-1].generation if lines else 0
     if finished is not None:
         best = finished.champion.distance_m
-        return Look(True, True, finished.generations, total, best, 0.0)
+        return RunProgress(True, True, finished.generations, total, best, 0.0)
     typical = (
         sorted(line.wall_s - line.compile_s for line in lines)[len(lines) // 2] if lines else 0
     )
-    return Look(
+    return RunProgress(
         is_begun=True,
         generation=generation,
         total=total,

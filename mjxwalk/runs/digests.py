@@ -13,7 +13,7 @@ from mjxwalk.runs import files
 DIGEST = "digest"
 
 
-def sealed(data: object, **named: str) -> bytes:
+def with_digest(data: object, **named: str) -> bytes:
     """Returns the content of a JSON file with a digest in it.
 
     Args:
@@ -22,7 +22,7 @@ def sealed(data: object, **named: str) -> bytes:
     """
     plain = msgspec.json.decode(msgspec.json.encode(data), type=dict[str, Any])
     plain = {**named, **{name: value for name, value in plain.items() if name not in named}}
-    text = msgspec.json.encode({DIGEST: digest(plain), **_without_digest(plain)})
+    text = msgspec.json.encode({DIGEST: of_table(plain), **_without_digest(plain)})
     return msgspec.json.format(text, indent=2) + b"\n"
 
 
@@ -40,14 +40,14 @@ def check(path: Path, content: bytes, *, needed: bool) -> None:
     found = plain.get(DIGEST)
     if found is None and not needed:
         return
-    if found != digest(plain):
+    if found != of_table(plain):
         raise RunError(
             f"{path} was changed since it was written (its contents do not match its digest); put "
             "back the file as it was, or evolve anew with other settings"
         )
 
 
-def digest(data: Mapping[str, Any]) -> str:
+def of_table(data: Mapping[str, Any]) -> str:
     """Returns what tells a table from any other; a digest that it holds does not count."""
     return of_bytes(msgspec.json.encode(_without_digest(data)))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjxwalk.evolution.measuring import measure
+from mjxwalk.evolution.generation_metrics import measure
 from mjxwalk.rollout import Outcome
 
 
