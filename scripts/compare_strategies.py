@@ -23,7 +23,7 @@ class CompareStrategies:
     """Compare strategies on functions and on walkers. What is done is kept, and not done again.
 
     Attributes:
-      out: folder of the races, the table and the figure.
+      out: folder of the curves, the table and the figure.
       strategies: by name.
       weights: numbers of weights of the functions.
       evaluations: of each function.
@@ -58,10 +58,10 @@ class CompareStrategies:
         engines.prepare()
         try:
             self.out.mkdir(parents=True, exist_ok=True)
-            races = self._races()
-            shown = table(races)
+            curves = self._curves()
+            shown = table(curves)
             files.replace(self.out, "table.md", shown.encode())
-            outputs.write_figure(self.out / "strategies.png", draw(races))
+            outputs.write_figure(self.out / "strategies.png", draw(curves))
         except OSError as error:
             raise RunError(f"{self.out} cannot be used: {error}") from None
         except ValueError as error:
@@ -88,23 +88,23 @@ class CompareStrategies:
         if any(number < 2 for number in self.weights):
             raise RunError(f"--weights must all be at least 2, got {min(self.weights)}")
 
-    def _races(self) -> list[Any]:
-        from mjxwalk.bench import races
+    def _curves(self) -> list[Any]:
+        from mjxwalk.bench import learning_curves
 
         done: list[Any] = []
         for number in self.weights:
             for name in self.strategies:
                 file = f"{name}-{number}-{self.evaluations}-{self.seeds}.json"
-                race = functools.partial(
-                    races.on_functions, name, number, self.seeds, self.evaluations
+                measure = functools.partial(
+                    learning_curves.on_functions, name, number, self.seeds, self.evaluations
                 )
-                done += _kept(self.out, file, race)
+                done += _kept(self.out, file, measure)
         for task in self.experiments:
             done += self._walkers(task)
         return done
 
     def _walkers(self, task: str) -> list[Any]:
-        from mjxwalk.bench import races
+        from mjxwalk.bench import learning_curves
         from mjxwalk.evaluation import Evaluator
         from mjxwalk.settings import override
 
@@ -114,53 +114,55 @@ class CompareStrategies:
         evaluator = Evaluator(experiment, self.engine)
         done: list[Any] = []
         for name in self.strategies:
-            chosen = races.with_strategy(experiment, name)
+            chosen = learning_curves.with_strategy(experiment, name)
             kind = f"{name}-{task}-{experiment.population_size}-{self.million_steps:g}"
             for seed in range(self.seeds):
-                race = functools.partial(
-                    races.on_walkers, chosen, evaluator, seed, self.million_steps
+                measure = functools.partial(
+                    learning_curves.on_walkers, chosen, evaluator, seed, self.million_steps
                 )
-                done += _kept(self.out, f"{kind}-{seed}.json", lambda race=race: [race()])
+                done += _kept(self.out, f"{kind}-{seed}.json", lambda measure=measure: [measure()])
         return done
 
 
-def _kept(folder: Path, name: str, race: Any) -> list[Any]:
-    """Returns races from their file in a folder, or runs them and writes it."""
-    from mjxwalk.bench.races import Race
+def _kept(folder: Path, name: str, measure: Any) -> list[Any]:
+    """Returns curves from their file in a folder, or runs them and writes it."""
+    from mjxwalk.bench.learning_curves import LearningCurve
     from mjxwalk.runs import files
 
     path, content = folder / name, files.read_inside(folder, name)
     if content is None:
-        content = json.dumps([one._asdict() for one in race()]).encode()
+        content = json.dumps([one._asdict() for one in measure()]).encode()
         files.replace(folder, name, content)
         print(path, file=sys.stderr, flush=True)
     try:
-        return [Race(**row) for row in files.decode(path, content, list)]
+        return [LearningCurve(**row) for row in files.decode(path, content, list)]
     except TypeError as error:
         raise RunError(f"{path} cannot be read: {error}") from None
 
 
-def progress(race: Any) -> Any:
-    """Returns what a race had reached at each effort.
+def progress(curve: Any) -> Any:
+    """Returns what a curve had reached at each effort.
 
     Of walkers, whose best fitness is a matter of luck and lost in a restart, that is the highest
     median of a few generations.
     """
-    series = np.asarray(race.reached)
+    series = np.asarray(curve.reached)
     medians = [np.median(series[max(0, end - LATEST) : end]) for end in range(1, len(series) + 1)]
     return np.maximum.accumulate(medians)
 
 
-def table(races: list[Any]) -> str:
+def table(curves: list[Any]) -> str:
     """Returns medians and quartiles over the seeds, as Markdown."""
-    tasks = list(dict.fromkeys(race.task for race in races))
-    names = list(dict.fromkeys(race.strategy for race in races))
+    tasks = list(dict.fromkeys(curve.task for curve in curves))
+    names = list(dict.fromkeys(curve.strategy for curve in curves))
     lines = ["| task | " + " | ".join(names) + " |", "| --- |" + " --- |" * len(names)]
     for task in tasks:
         cells: list[str] = []
         for name in names:
             values = [
-                progress(race)[-1] for race in races if (race.task, race.strategy) == (task, name)
+                progress(curve)[-1]
+                for curve in curves
+                if (curve.task, curve.strategy) == (task, name)
             ]
             low, middle, high = np.percentile(values, [25, 50, 75])
             cells.append(f"{middle:.2g} ({low:.2g} to {high:.2g})")
@@ -168,17 +170,17 @@ def table(races: list[Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def draw(races: list[Any]) -> Any:
+def draw(curves: list[Any]) -> Any:
     """Returns a figure of what walkers reach against physics steps, and functions at their end."""
     from matplotlib.figure import Figure
 
-    functions = [race for race in races if len(race.effort) == 1]
-    walked = [race for race in races if len(race.effort) > 1]
-    tasks = list(dict.fromkeys(race.task for race in walked))
+    functions = [curve for curve in curves if len(curve.effort) == 1]
+    walked = [curve for curve in curves if len(curve.effort) > 1]
+    tasks = list(dict.fromkeys(curve.task for curve in walked))
     figure = Figure(figsize=(7, 3.2 * (len(tasks) + bool(functions))), layout="constrained")
     axes: Any = figure.subplots(len(tasks) + bool(functions), 1, squeeze=False)[:, 0]
     for axis, task in zip(axes, tasks, strict=False):
-        _draw_walkers(axis, [race for race in walked if race.task == task])
+        _draw_walkers(axis, [curve for curve in walked if curve.task == task])
         axis.set_title(task)
     if functions:
         _draw_functions(axes[-1], functions)
@@ -186,28 +188,28 @@ def draw(races: list[Any]) -> Any:
     return figure
 
 
-def _draw_walkers(axis: Any, races: list[Any]) -> None:
-    steps = np.linspace(0, max(race.effort[-1] for race in races), 200)[1:]
-    for name in dict.fromkeys(race.strategy for race in races):
-        curves = np.array(
+def _draw_walkers(axis: Any, curves: list[Any]) -> None:
+    steps = np.linspace(0, max(curve.effort[-1] for curve in curves), 200)[1:]
+    for name in dict.fromkeys(curve.strategy for curve in curves):
+        fitness = np.array(
             [
-                np.interp(steps, race.effort, progress(race))
-                for race in races
-                if race.strategy == name
+                np.interp(steps, curve.effort, progress(curve))
+                for curve in curves
+                if curve.strategy == name
             ]
         )
-        low, middle, high = np.percentile(curves, [25, 50, 75], axis=0)
+        low, middle, high = np.percentile(fitness, [25, 50, 75], axis=0)
         (line,) = axis.plot(steps, middle, label=name)
         axis.fill_between(steps, low, high, color=line.get_color(), alpha=0.15, linewidth=0)
     axis.set_xlabel("million physics steps")
     axis.set_ylabel("best fitness")
 
 
-def _draw_functions(axis: Any, races: list[Any]) -> None:
-    tasks = list(dict.fromkeys(race.task for race in races))
-    for name in dict.fromkeys(race.strategy for race in races):
+def _draw_functions(axis: Any, curves: list[Any]) -> None:
+    tasks = list(dict.fromkeys(curve.task for curve in curves))
+    for name in dict.fromkeys(curve.strategy for curve in curves):
         found = [
-            [race.reached[-1] for race in races if (race.task, race.strategy) == (task, name)]
+            [curve.reached[-1] for curve in curves if (curve.task, curve.strategy) == (task, name)]
             for task in tasks
         ]
         medians = np.maximum([np.median(values) for values in found], 1e-8)

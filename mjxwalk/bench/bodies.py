@@ -53,8 +53,8 @@ class Walked(NamedTuple):
     steps: Int[Array, "*batch"]
 
 
-class Walkers(NamedTuple):
-    """A population, and what one of them does.
+class Workload(NamedTuple):
+    """What engines are measured on: a population, and what one walker does.
 
     Attributes:
       start: from genotype and trial to the walker at the start.
@@ -74,7 +74,7 @@ class Walkers(NamedTuple):
         return 0, TRIAL_AXES
 
 
-def walkers(body: Body, size: int) -> Walkers:
+def workload(body: Body, size: int) -> Workload:
     """Returns walkers with weights drawn at random, all on one terrain."""
     study = body.study()
     draws = np.random.default_rng(0)
@@ -82,7 +82,7 @@ def walkers(body: Body, size: int) -> Walkers:
     def drawn(leaf: Any) -> Any:
         return draws.normal(0.0, WEIGHT_SIGMA, (size, *leaf.shape)).astype(np.float32)
 
-    return Walkers(
+    return Workload(
         start=functools.partial(rollout.start, study.env, study.controller),
         advance=functools.partial(rollout.advance, study.env, study.controller),
         genotypes=jax.tree.map(drawn, study.template()),

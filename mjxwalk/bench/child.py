@@ -55,10 +55,10 @@ def _compile(body: str) -> dict[str, Any]:
     from mjxwalk.engines import lanes
     from mjxwalk.evaluation import OUTCOME
 
-    walkers = bodies.walkers(bodies.BODIES[body], 1)
-    mapped = lanes.vmap(bodies.BODIES[body].study().rollout, walkers.axes, results=OUTCOME)
+    workload = bodies.workload(bodies.BODIES[body], 1)
+    mapped = lanes.vmap(bodies.BODIES[body].study().rollout, workload.axes, results=OUTCOME)
     started = time.perf_counter()
-    mapped.prepare(walkers.genotypes, walkers.given)
+    mapped.prepare(workload.genotypes, workload.given)
     return {"seconds": time.perf_counter() - started}
 
 
@@ -67,8 +67,8 @@ def _memory(body: str, size: str) -> dict[str, Any]:
     from mjxwalk.engines import lanes
 
     def walk(size: int) -> None:
-        walkers = bodies.walkers(bodies.BODIES[body], size)
-        contenders.Engine(lanes.vmap, walkers)(MEMORY_STEPS)
+        workload = bodies.workload(bodies.BODIES[body], size)
+        contenders.Engine(lanes.vmap, workload)(MEMORY_STEPS)
 
     walk(1)
     before = _peak_bytes()

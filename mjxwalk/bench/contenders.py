@@ -7,7 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from mjxwalk.bench.bodies import Body, Walkers, fixed_steps, walkers
+from mjxwalk.bench.bodies import Body, Workload, fixed_steps, workload
 from mjxwalk.engines import lanes, lanes_xla, mjx
 from mjxwalk.envs._mujoco import mujoco
 
@@ -22,14 +22,14 @@ class Engine:
       mapped: the engine's function of all walkers.
     """
 
-    def __init__(self, vmap: Callable[..., Any], population: Walkers) -> None:
-        walker = functools.partial(fixed_steps, population.start, population.advance)
-        self.mapped = vmap(walker, (*population.axes, None))
-        self._population = population
+    def __init__(self, vmap: Callable[..., Any], workload: Workload) -> None:
+        walker = functools.partial(fixed_steps, workload.start, workload.advance)
+        self.mapped = vmap(walker, (*workload.axes, None))
+        self._workload = workload
 
     def __call__(self, steps_per_walker: int) -> int:
         """Takes the steps and returns how many all walkers took together."""
-        given = self._population
+        given = self._workload
         walked = self.mapped(given.genotypes, given.given, np.int32(steps_per_walker))
         jax.block_until_ready(walked)
         return int(np.asarray(walked.steps).sum(dtype=np.int64))
@@ -70,11 +70,11 @@ def make(
       xla: whether lanes-xla is one.
       without: names of contenders to leave out.
     """
-    population = walkers(body, size)
+    load = workload(body, size)
     field: dict[str, Callable[[], Any]] = {
-        "lanes": lambda: Engine(lanes.vmap, population),
-        "lanes_xla": lambda: Engine(lanes_xla.vmap, population),
-        "mjx": lambda: Engine(mjx.vmap, population),
+        "lanes": lambda: Engine(lanes.vmap, load),
+        "lanes_xla": lambda: Engine(lanes_xla.vmap, load),
+        "mjx": lambda: Engine(mjx.vmap, load),
         "mujoco_rollout": lambda: MujocoRollout(body, size, threads),
     }
     left_out = {*without, *([] if xla else ["lanes_xla"])}

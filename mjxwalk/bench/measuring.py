@@ -194,7 +194,7 @@ def arithmetic(measured: Engines) -> Arithmetic:
 
 def evolve(body: Body, evolved: Any, sizes: Sizes) -> Evolution:
     """Returns how fast populations that evolve run, in turn with one where nobody falls early."""
-    level = contenders.Engine(lanes.vmap, bodies.walkers(body, evolved.size))
+    level = contenders.Engine(lanes.vmap, bodies.workload(body, evolved.size))
     field = {"evolved": evolved, PEAK: level}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
     timings = timing.in_turn(field, amounts, sizes.repeats)
@@ -210,7 +210,7 @@ def evolve(body: Body, evolved: Any, sizes: Sizes) -> Evolution:
 def scale(body: Body, sizes: Sizes) -> Scaling:
     """Returns what a step costs in small and large populations."""
     field = {
-        str(size): contenders.Engine(lanes.vmap, bodies.walkers(body, size))
+        str(size): contenders.Engine(lanes.vmap, bodies.workload(body, size))
         for size in sizes.populations
     }
     amounts = {

@@ -11,13 +11,14 @@ from mjxwalk import experiments
 from mjxwalk.cli import own_body
 from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.errors import RunError, near
-from mjxwalk.evolution import memory, starting
+from mjxwalk.evolution import memory
+from mjxwalk.evolution.inheritance import inherit
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.scaling import scaled
 from mjxwalk.experiments.study_config import StudyConfig
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import files
-from mjxwalk.runs.start import Start
+from mjxwalk.runs.inheritance import Inherited
 from mjxwalk.settings import override
 from mjxwalk.strategies import carry_over
 
@@ -30,7 +31,7 @@ SETTINGS = {
 }
 
 
-def choose_run(asked: EvolveArguments) -> tuple[Config, Start | None]:
+def choose_run(asked: EvolveArguments) -> tuple[Config, Inherited | None]:
     """Returns the settings of a run and what it starts from, None for zero.
 
     Raises:
@@ -66,8 +67,8 @@ def choose_run(asked: EvolveArguments) -> tuple[Config, Start | None]:
             f"{experiment.name} starts from the {experiment.start} of another run; name it with "
             "--from RUN"
         )
-    given, origin = starting.prepare(experiment, asked.source)
-    return dataclasses.replace(settings, origin=origin), given
+    inherited, origin = inherit(experiment, asked.source)
+    return dataclasses.replace(settings, origin=origin), inherited
 
 
 def _override(experiment: Any, path: str, value: str) -> Any:

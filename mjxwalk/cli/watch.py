@@ -10,7 +10,7 @@ from mjxwalk.cli.argument_types import OptionalFile, OptionalFloat, Seed, Source
 from mjxwalk.errors import RunError
 
 if TYPE_CHECKING:
-    from mjxwalk.watch.casting import Cast
+    from mjxwalk.watch.shown_walkers import ShownWalkers
 
 MOST = 16  # walkers on a page; ours: what a phone draws smoothly
 MAX_ROUGHNESS = 0.2  # m; ours: ten times the paper's roughest, a stair of a fifth of a leg
@@ -68,9 +68,9 @@ class Watch:
         from mjxwalk.watch.recording import Take
 
         engines.prepare()
-        cast = self._on_ground(self._cast())
+        shown = self._on_ground(self._shown())
         show, series = recording.perform(
-            cast, Take(terrain_seed=self.terrain_seed, seconds=self.seconds)
+            shown, Take(terrain_seed=self.terrain_seed, seconds=self.seconds)
         )
         run = Path(self.source) if self._is_in_run() else None
         outputs.write(out, page.render(show, series).encode(), run=run)
@@ -127,10 +127,10 @@ class Watch:
         from mjxwalk import engines, video
 
         engines.prepare()
-        cast = self._on_ground(self._cast())
+        shown = self._on_ground(self._shown())
         shot = video.Shot(
-            experiment=cast.experiment,
-            genotype=jax.tree.map(lambda leaf: leaf[0], cast.genotypes),
+            experiment=shown.experiment,
+            genotype=jax.tree.map(lambda leaf: leaf[0], shown.genotypes),
             terrain_seed=self.terrain_seed,
             seconds=self.seconds,
         )
@@ -154,21 +154,21 @@ class Watch:
             return Path(f"{walkers.zoo_name(self.source)}.html")
         return Path(self.source) / FILE
 
-    def _cast(self) -> "Cast":
-        from mjxwalk.watch import casting
+    def _shown(self) -> "ShownWalkers":
+        from mjxwalk.watch import shown_walkers
 
         if self.champions is not None:
-            return casting.champions(self.source, self.champions)
+            return shown_walkers.champions(self.source, self.champions)
         if self.walkers is not None:
-            return casting.population(self.source, self.walkers, self.generation)
+            return shown_walkers.population(self.source, self.walkers, self.generation)
         if self.generation is not None:
-            return casting.fittest(self.source, self.generation)
-        return casting.best(self.source)
+            return shown_walkers.fittest(self.source, self.generation)
+        return shown_walkers.best(self.source)
 
-    def _on_ground(self, cast: "Cast") -> "Cast":
+    def _on_ground(self, shown: "ShownWalkers") -> "ShownWalkers":
         from mjxwalk.settings import override
 
-        experiment = cast.experiment.as_tested()
+        experiment = shown.experiment.as_tested()
         if self.roughness is not None:
             experiment = override(experiment, "env.terrain.roughness", str(self.roughness))
-        return dataclasses.replace(cast, experiment=experiment)
+        return dataclasses.replace(shown, experiment=experiment)

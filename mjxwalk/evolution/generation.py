@@ -23,7 +23,7 @@ from mjxwalk.evolution.generation_metrics import MeanOutcome, measure, summarise
 from mjxwalk.outcomes import over_terrains
 from mjxwalk.rollout import TrialRunner
 from mjxwalk.runs import Metrics
-from mjxwalk.runs.start import Start
+from mjxwalk.runs.inheritance import Inherited
 from mjxwalk.runs.trees import unflatten
 
 # Folded into the seed's key of runs that start from others, so that the phases of a study, which
@@ -77,12 +77,12 @@ class Evolution:
         self._tell = jax.jit(strategy.tell)
 
     @pinned()
-    def start(self, seed: int, given: Start | None = None) -> RunState:
+    def start(self, seed: int, inherited: Inherited | None = None) -> RunState:
         """Returns the state before generation 1, with everything compiled.
 
         Args:
           seed: of all random numbers.
-          given: what the run starts from; None for zero.
+          inherited: what the run starts from; None for zero.
 
         Raises:
           RunError: that does not fit the experiment, or the population not into memory, or JAX
@@ -91,10 +91,10 @@ class Evolution:
         forking.check()
         key = jax.random.key(seed)
         template = self._experiment.template()
-        if given is not None:
+        if inherited is not None:
             key = jax.random.fold_in(key, STREAMS[self._experiment.start])
-        if given is not None and given.genotype:
-            template = unflatten(template, given.genotype)
+        if inherited is not None and inherited.genotype:
+            template = unflatten(template, inherited.genotype)
         key_init, _ = outer_keys(key)
         memory.check(jax.eval_shape(self._population, key_init, template))
         # XLA compiles the strategy while the engine compiles the trials: neither needs all cores.
@@ -103,8 +103,8 @@ class Evolution:
             strategy = _on_host(self._init(key_init, template))
             self._rehearse(strategy)
             preparing.result()
-        if given is not None and given.strategy:
-            taken = self._take_over(strategy, given.strategy, given.elite_fitness)
+        if inherited is not None and inherited.strategy:
+            taken = self._take_over(strategy, inherited.strategy, inherited.elite_fitness)
             strategy = _on_host(taken)
         population, _ = jax.eval_shape(self._ask, key, strategy)
         size = jax.tree.leaves(population)[0].shape[0]

@@ -16,7 +16,7 @@ from mjxwalk.evolution.processes import Processes
 from mjxwalk.evolution.recorder import Recorder
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs import Interrupted
-from mjxwalk.runs.start import Start
+from mjxwalk.runs.inheritance import Inherited
 
 ALONE = Processes()
 
@@ -32,7 +32,7 @@ def evolve(
     evaluator: Evaluator,
     recorder: Recorder,
     *,
-    given: Start | None = None,
+    inherited: Inherited | None = None,
     finer: BackgroundCompile | None = None,
     processes: Processes = ALONE,
     stopping: Callable[[], bool] = never,
@@ -46,7 +46,7 @@ def evolve(
       settings: of the run.
       evaluator: of the experiment.
       recorder: keeps the run; of several processes, that of one alone writes it.
-      given: what the run starts from; None for zero.
+      inherited: what the run starts from; None for zero.
       finer: evaluates the experiment at its goal's finer time step; None where it has none.
       processes: that evolve the run together.
       stopping: whether to stop before the next generation.
@@ -59,7 +59,7 @@ def evolve(
     started = time.perf_counter()
     experiment = settings.experiment
     evolution = Evolution(experiment, evaluator, finer)
-    start = evolution.start(settings.seed, given)
+    start = evolution.start(settings.seed, inherited)
     state = processes.first_of(recorder.restore(start))
     try:
         while not is_over(state, experiment):

@@ -15,16 +15,17 @@ import numpy as np
 
 from mjxwalk import evaluation, tournament, walkers
 from mjxwalk.engines import pinning
-from mjxwalk.evolution import loop, memory, starting
+from mjxwalk.evolution import loop, memory
 from mjxwalk.evolution.background_compile import BackgroundCompile
+from mjxwalk.evolution.inheritance import inherit
 from mjxwalk.evolution.processes import Processes
 from mjxwalk.evolution.recorder import Recorder, RunRecorder
 from mjxwalk.experiments import run_config, study_config
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.study_config import StudyConfig
 from mjxwalk.progress import Progress
-from mjxwalk.runs import RunError, config, folder, manifest, result, start
-from mjxwalk.runs.start import Start
+from mjxwalk.runs import RunError, config, folder, inheritance, manifest, result
+from mjxwalk.runs.inheritance import Inherited
 
 FEWEST_TERRAINS = 20  # ours: of a scaled-down study's tournament
 
@@ -45,13 +46,13 @@ class Runner:
     stopping: Callable[[], bool]
     processes: Processes = loop.ALONE
 
-    def evolve_run(self, path: Path, settings: Config, given: Start | None) -> None:
+    def evolve_run(self, path: Path, settings: Config, inherited: Inherited | None) -> None:
         """Takes a new run to its end.
 
         Args:
           path: of its folder, which is made.
           settings: of the run.
-          given: what it starts from; None for zero.
+          inherited: what it starts from; None for zero.
 
         Raises:
           RunError: the folder is taken, there is no such engine, or a file cannot be written.
@@ -59,8 +60,8 @@ class Runner:
         evaluator = self.processes.share(_evaluator(settings, settings.engine))
         self.processes.check_same(settings)
         if self.processes.is_first:
-            run_config.create(path, settings, given)
-        self._evolve(path, settings, given, evaluator)
+            run_config.create(path, settings, inherited)
+        self._evolve(path, settings, inherited, evaluator)
 
     def resume_run(self, path: Path) -> None:
         """Takes a run that was stopped to its end, or says that it is finished.
@@ -81,8 +82,8 @@ class Runner:
         engine = manifest.engine(path, settings.engine)
         evaluator = self.processes.share(_evaluator(settings, engine))
         self.processes.check_same(settings)
-        given = None if settings.experiment.start == "zero" else start.read(path)
-        self._evolve(path, settings, given, evaluator)
+        inherited = None if settings.experiment.start == "zero" else inheritance.read(path)
+        self._evolve(path, settings, inherited, evaluator)
 
     def evolve_study(self, path: Path, study: StudyConfig) -> None:
         """Takes a new study through all of its phases.
@@ -120,7 +121,9 @@ class Runner:
         self.progress.say(f"{study.name} is finished, in {path}")
 
     @pinning.pinned()
-    def _evolve(self, path: Path, settings: Config, given: Start | None, evaluator: Any) -> None:
+    def _evolve(
+        self, path: Path, settings: Config, inherited: Inherited | None, evaluator: Any
+    ) -> None:
         written = _recorder(path, settings, evaluator, self.progress)
         with (
             written if self.processes.is_first else contextlib.nullcontext(Recorder()) as recorder,
@@ -130,7 +133,7 @@ class Runner:
                 settings,
                 evaluator,
                 recorder,
-                given=given,
+                inherited=inherited,
                 finer=finer,
                 processes=self.processes,
                 stopping=self.stopping,
@@ -154,15 +157,15 @@ def hold_tournament(place: Path, study: StudyConfig, say: Callable[[str], None])
     tournament.write(place, figures, entrants.of_generation(figures.winner_generation))
 
 
-def _start_phase(path: Path, study: StudyConfig, number: int) -> tuple[Config, Start | None]:
+def _start_phase(path: Path, study: StudyConfig, number: int) -> tuple[Config, Inherited | None]:
     settings = study.run(number)
     if settings.experiment.start == "zero":
         return settings, None
     before = study.folder(path, number - 1)
-    given, origin = starting.prepare(settings.experiment, before)
+    inherited, origin = inherit(settings.experiment, before)
     # A neighbour, so that the study's folder can be moved.
     origin = dataclasses.replace(origin, source=f"../{before.name}")
-    return dataclasses.replace(settings, origin=origin), given
+    return dataclasses.replace(settings, origin=origin), inherited
 
 
 def _evaluator(settings: Config, engine: str) -> Any:

@@ -11,7 +11,7 @@ from mjxwalk.errors import RunError
 from mjxwalk.experiments import stored
 from mjxwalk.runs import config, folder
 from mjxwalk.runs.config import ConfigFile, Origin
-from mjxwalk.runs.start import Start
+from mjxwalk.runs.inheritance import Inherited
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -43,18 +43,18 @@ class Config:
                 raise ValueError(f"{name} must be from 1 to {2**31 - 1}, got {value}")
 
 
-def create(path: Path, settings: Config, given: Start | None = None) -> None:
+def create(path: Path, settings: Config, inherited: Inherited | None = None) -> None:
     """Makes a run's folder with its `config.json`.
 
     Args:
       path: of the folder.
       settings: of the run.
-      given: what it starts from; None for zero.
+      inherited: what it starts from; None for zero.
 
     Raises:
       RunError: the folder is taken, cannot be made, or the settings would not read back.
     """
-    folder.create(path, to_file(settings), given)
+    folder.create(path, to_file(settings), inherited)
 
 
 def read(path: Path) -> Config:

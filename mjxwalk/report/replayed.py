@@ -7,9 +7,9 @@ from mjxwalk import shell
 from mjxwalk.report.parts import Replay, Section
 from mjxwalk.report.recorded import Recorded
 from mjxwalk.report.sources import Phase
-from mjxwalk.watch import casting, page, recording
-from mjxwalk.watch.casting import Cast
+from mjxwalk.watch import page, recording, shown_walkers
 from mjxwalk.watch.recording import Take
+from mjxwalk.watch.shown_walkers import ShownWalkers
 
 SECONDS = 20.0  # ours: a dozen strides and more, in some 60 kB
 
@@ -36,7 +36,7 @@ def section(
     say(f"recording a replay of {name}")
     label = recorded[name].stick.label
     phase = next(each for each in variants[name] if each.label == label)
-    show, series = recording.perform(_cast(phase), Take(terrain_seed=seed, seconds=SECONDS))
+    show, series = recording.perform(_shown(phase), Take(terrain_seed=seed, seconds=SECONDS))
     return Section(
         anchor="replay",
         title="The champion walks",
@@ -56,6 +56,6 @@ def section(
     )
 
 
-def _cast(phase: Phase) -> Cast:
-    cast = casting.of_walker(phase.walker)
-    return dataclasses.replace(cast, source=phase.label, experiment=phase.experiment.as_tested())
+def _shown(phase: Phase) -> ShownWalkers:
+    shown = shown_walkers.of_walker(phase.walker)
+    return dataclasses.replace(shown, source=phase.label, experiment=phase.experiment.as_tested())

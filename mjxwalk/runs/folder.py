@@ -8,14 +8,14 @@ import msgspec
 
 from mjxwalk import shell
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, files, start, study
+from mjxwalk.runs import config, files, inheritance, study
 from mjxwalk.runs.config import ConfigFile
+from mjxwalk.runs.inheritance import Inherited
 from mjxwalk.runs.locking import CHECKPOINTS, LOCK_FILE, check_links, is_locked, locked
-from mjxwalk.runs.start import Start
 
 RUNS = Path("runs")
 # What a process that was killed while it made a run's folder may have left in it.
-BEGUN = (LOCK_FILE, start.FILE, files.partial(start.FILE), files.partial(config.FILE))
+BEGUN = (LOCK_FILE, inheritance.FILE, files.partial(inheritance.FILE), files.partial(config.FILE))
 
 
 def default_path(experiment: str, seed: int) -> Path:
@@ -47,13 +47,13 @@ def check_free(path: Path) -> None:
         raise RunError(f"{path} exists and is not an empty folder; choose another --out")
 
 
-def create(path: Path, settings: ConfigFile, given: Start | None) -> None:
+def create(path: Path, settings: ConfigFile, inherited: Inherited | None) -> None:
     """Makes a run's folder with its `config.json`.
 
     Args:
       path: of the folder.
       settings: of the run.
-      given: what it starts from; None for zero.
+      inherited: what it starts from; None for zero.
 
     Raises:
       RunError: the folder is taken, or a file cannot be written.
@@ -65,7 +65,7 @@ def create(path: Path, settings: ConfigFile, given: Start | None) -> None:
         raise RunError(f"{path} could not be made: {files.describe(error)}") from error
     with locked(path):
         check_free(path)  # again: another process may have been as quick
-        digest = None if given is None else start.write(path, given)
+        digest = None if inherited is None else inheritance.write(path, inherited)
         # Last: with it the folder holds a run.
         config.write(path, msgspec.structs.replace(settings, start=digest))
 

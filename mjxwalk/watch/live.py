@@ -133,11 +133,11 @@ class Live:
           RunError: it cannot be read.
           OSError: likewise.
         """
-        from mjxwalk.watch import casting, page, recording
+        from mjxwalk.watch import page, recording, shown_walkers
         from mjxwalk.watch.recording import Take
 
-        cast = casting.best(str(self._path))
-        show, series = recording.perform(cast, Take(seconds=SECONDS))
+        shown = shown_walkers.best(str(self._path))
+        show, series = recording.perform(shown, Take(seconds=SECONDS))
         seen = self._shot.number + 1 if self._shot else 0
         news = msgspec.json.encode({"number": seen, "show": show, "series": series})
         return Shot(seen, page.render(show, series, live=seen).encode(), news)

@@ -13,8 +13,8 @@ from mjxwalk.envs import scenery
 from mjxwalk.outcomes import cost_of_transport
 from mjxwalk.watch import bodies
 from mjxwalk.watch.bodies import Body
-from mjxwalk.watch.casting import Cast
 from mjxwalk.watch.packing import Series, Stored, pack
+from mjxwalk.watch.shown_walkers import ShownWalkers
 
 FRAMES_PER_SECOND = 50.0  # ours: angles between two frames are a straight line to the eye
 MOVE_STEP = 0.0002  # m or rad; ours: a fifth of a millimetre
@@ -109,21 +109,21 @@ class Take:
 
 
 @pinned()
-def perform(cast: Cast, take: Take) -> tuple[Show, str]:
+def perform(shown: ShownWalkers, take: Take) -> tuple[Show, str]:
     """Returns what there is to show, and its series as text.
 
     Raises:
       RunError: the body cannot be shown.
     """
-    experiment = cast.experiment
+    experiment = shown.experiment
     env = experiment.env
     body = bodies.describe(env)
     trials = experiment.sample_trials(jax.random.key(take.terrain_seed), 1)
-    given = trials.given(np.zeros(len(cast), np.int32))
+    given = trials.given(np.zeros(len(shown), np.int32))
     recording = replay.record(
         env,
         experiment.controller,
-        cast.genotypes,
+        shown.genotypes,
         given,
         duration=min(take.seconds, env.max_time),
         frames_per_second=FRAMES_PER_SECOND,
@@ -133,8 +133,8 @@ def perform(cast: Cast, take: Take) -> tuple[Show, str]:
     series = {"heights": Series(patch.heights, HEIGHT_STEP)}
     told: list[Told] = []
     root = env.anatomy.root
-    for place, label in enumerate(cast.labels):
-        genotype = jax.tree.map(lambda leaf, place=place: leaf[place], cast.genotypes)
+    for place, label in enumerate(shown.labels):
+        genotype = jax.tree.map(lambda leaf, place=place: leaf[place], shown.genotypes)
         felt = forces.measure(env, experiment.controller, genotype, given, recording, place)
         frames = _frames(recording, place)
         state = jax.tree.map(lambda leaf, at=(frames - 1, place): leaf[at], recording.states)
@@ -150,9 +150,9 @@ def perform(cast: Cast, take: Take) -> tuple[Show, str]:
         series[f"walker {place} pushes"] = Series(pushes, FORCE_STEP)
     stored, text = pack(series)
     show = Show(
-        title=cast.source,
-        what=cast.what,
-        facts=_facts(cast, take),
+        title=shown.source,
+        what=shown.what,
+        facts=_facts(shown, take),
         frame_s=round(1.0 / (FRAMES_PER_SECOND * env.timestep)) * env.timestep,
         weight_n=float(experiment.weight),
         body=body,
@@ -194,8 +194,8 @@ def _tell(experiment: Any, label: str, frames: int, state: Any, below: float) ->
     )
 
 
-def _facts(cast: Cast, take: Take) -> tuple[tuple[str, str], ...]:
-    experiment = cast.experiment
+def _facts(shown: ShownWalkers, take: Take) -> tuple[tuple[str, str], ...]:
+    experiment = shown.experiment
     return (
         ("Experiment", str(experiment.name)),
         ("Body", experiment.env.anatomy.name),

@@ -32,15 +32,15 @@ def advance(genotype: Any, given: Trial, height: Any) -> Any:
     return height + genotype
 
 
-def climbers(size: int) -> bodies.Walkers:
+def climbers(size: int) -> bodies.Workload:
     rows: Any = np.zeros(size, np.int32)
     trials = Trial(Terrain(np.ones((1, 3), np.float32), rows))  # type: ignore[arg-type]
-    return bodies.Walkers(start, advance, np.arange(size, dtype=np.float32), trials)
+    return bodies.Workload(start, advance, np.arange(size, dtype=np.float32), trials)
 
 
 @pytest.fixture(scope="module")
 def walking() -> contenders.Engine:
-    return contenders.Engine(lanes.vmap, bodies.walkers(PLANAR, 4))
+    return contenders.Engine(lanes.vmap, bodies.workload(PLANAR, 4))
 
 
 @pytest.mark.parametrize("steps", [1, 3, LONG])
@@ -66,7 +66,7 @@ def test_the_steps_are_taken_and_not_only_counted() -> None:
 
 @pytest.mark.slow
 def test_the_spatial_body_walks_and_is_not_torn_apart() -> None:
-    population = bodies.walkers(bodies.BODIES["spatial"], 64)
+    population = bodies.workload(bodies.BODIES["spatial"], 64)
     engine = contenders.Engine(lanes.vmap, population)
     walked = engine.mapped(population.genotypes, population.given, np.int32(200))
     state = walked.walk.state
@@ -76,7 +76,7 @@ def test_the_spatial_body_walks_and_is_not_torn_apart() -> None:
 
 @pytest.mark.slow
 def test_walkers_that_fall_go_on_to_the_last_step(walking: contenders.Engine) -> None:
-    population = bodies.walkers(PLANAR, 4)
+    population = bodies.workload(PLANAR, 4)
     # Without a gait they fall within a second.
     walked = walking.mapped(population.genotypes, population.given, np.int32(2000))
     assert walked.walk.state.trial.done.all()
@@ -117,7 +117,7 @@ def test_the_peak_counts_the_operations_of_its_vectors(width: int) -> None:
 
 
 def test_walkers_differ_in_their_weights_and_share_the_ground() -> None:
-    population = bodies.walkers(PLANAR, 3)
+    population = bodies.workload(PLANAR, 3)
     leaf = jax.tree.leaves(population.genotypes)[0]
     assert leaf.shape[0] == 3 and len(np.unique(leaf.reshape(3, -1), axis=0)) == 3
     assert population.given.ground.heights.shape[0] == 1

@@ -47,8 +47,8 @@ def counters(monkeypatch: pytest.MonkeyPatch) -> None:
         names = ("lanes", *(["lanes_xla"] if xla else []), "mjx", "mujoco_rollout")
         return {name: Counter(size) for name in names if name not in without}
 
-    def engine(vmap: Any, population: bodies.Walkers) -> Counter:
-        return Counter(len(population.given.ground.row))
+    def engine(vmap: Any, workload: bodies.Workload) -> Counter:
+        return Counter(len(workload.given.ground.row))
 
     def evolved(study: Any, generations: int) -> Counter:
         return Counter(8)

@@ -10,7 +10,7 @@ import pytest
 
 from mjxwalk import runs, tournament, walkers
 from mjxwalk.controllers.linear_reactive import local_links
-from mjxwalk.runs import start
+from mjxwalk.runs import inheritance
 
 
 @pytest.mark.slow
@@ -38,7 +38,7 @@ def test_a_small_study_goes_through_every_phase_in_two_minutes(tmp_path: Path) -
     others = ~local_links()
     assert not lpd.population["walking"][:, others].any()
     assert fil.population["walking"][:, others].all()
-    given = start.read(phases[1]).genotype["walking"]
+    given = inheritance.read(phases[1]).genotype["walking"]
     assert not given[others].any()
     np.testing.assert_array_equal(given, walkers.best(phases[0]).genotype.walking)
 
@@ -61,7 +61,7 @@ def test_a_small_spatial_study_goes_from_slight_to_rough_ground(tmp_path: Path) 
     slight, rough = runs.load(path / "1-slight"), runs.load(path / "2-rough")
     assert (slight.generation, rough.generation) == (20, 3)
     assert slight.population["links"].shape == (10, 7, 26)
-    given = start.read(path / "2-rough").genotype["links"]
+    given = inheritance.read(path / "2-rough").genotype["links"]
     np.testing.assert_array_equal(given, walkers.best(path / "1-slight").genotype.links)
     held = tournament.read(path / "2-rough")
     assert held is not None and held.roughness_m == 0.02

@@ -18,8 +18,7 @@ from mjxwalk.evolution import runner
 from mjxwalk.experiments import run_config, study_config
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.study_config import StudyConfig
-from mjxwalk.runs import RunError, study
-from mjxwalk.runs import start as starts
+from mjxwalk.runs import RunError, inheritance, study
 
 PHASES = ("1-zero", "2-near", "3-pruned")
 
@@ -68,9 +67,9 @@ def test_each_phase_starts_where_the_one_before_ended(whole: Path) -> None:
     assert zero.config["origin"] is None
     assert near.config["origin"] == {"source": "../1-zero", "generation": 4}
     assert pruned.config["origin"] == {"source": "../2-near", "generation": 4}
-    given = starts.read(whole / "2-near")
+    given = inheritance.read(whole / "2-near")
     np.testing.assert_array_equal(given.genotype["gain"], winner.genotype.gain)
-    taken = starts.read(whole / "3-pruned")
+    taken = inheritance.read(whole / "3-pruned")
     np.testing.assert_array_equal(
         taken.strategy["population.gain"], near.strategy_state["population.gain"]
     )
@@ -195,7 +194,7 @@ def test_an_experiment_that_starts_from_zero_may_start_from_a_winner(whole: Path
     run = runs.load("a")
     assert run.config["experiment"]["start"] == "winner"
     winner = walkers.best(whole / "3-pruned").genotype
-    np.testing.assert_array_equal(starts.read(Path("a")).genotype["gain"], winner.gain)
+    np.testing.assert_array_equal(inheritance.read(Path("a")).genotype["gain"], winner.gain)
 
 
 @pytest.mark.parametrize(

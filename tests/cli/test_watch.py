@@ -12,7 +12,7 @@ from watch.given import PLANAR
 from mjxwalk import cli, experiments, walkers
 from mjxwalk.errors import RunError
 from mjxwalk.walker import Walker
-from mjxwalk.watch import casting
+from mjxwalk.watch import shown_walkers
 
 
 @pytest.fixture(scope="module")
@@ -73,33 +73,33 @@ def test_a_generation_that_is_gone_gets_a_sentence(
     assert "no population of generation 2 any more" in told and "--keep all" in told
 
 
-def blend_times(shown: casting.Cast) -> list[float]:
+def blend_times(shown: shown_walkers.ShownWalkers) -> list[float]:
     return np.asarray(shown.genotypes.blend_time).tolist()
 
 
 def test_the_fittest_of_each_generation_can_be_had(run: Path) -> None:
-    assert blend_times(casting.best(run)) == [5.0]
+    assert blend_times(shown_walkers.best(run)) == [5.0]
     for generation in (3, 4, 5):  # 3 is in its checkpoint alone, 4 among the elites
-        assert blend_times(casting.fittest(run, generation)) == [float(generation)]
+        assert blend_times(shown_walkers.fittest(run, generation)) == [float(generation)]
 
 
 def test_champions_are_spread_over_the_generations_newest_first(run: Path) -> None:
-    shown = casting.champions(run, 16)
+    shown = shown_walkers.champions(run, 16)
     assert shown.labels == ("generation 5", "generation 4", "generation 3")
     assert blend_times(shown) == [5.0, 4.0, 3.0]
-    assert casting.champions(run, 2).labels == ("generation 5", "generation 3")
-    assert casting.champions(run, 1).labels == ("generation 5",)
+    assert shown_walkers.champions(run, 2).labels == ("generation 5", "generation 3")
+    assert shown_walkers.champions(run, 1).labels == ("generation 5",)
 
 
 def test_a_population_is_shown_fittest_first_and_nan_last(run: Path) -> None:
-    shown = casting.population(run, 16, 4)
+    shown = shown_walkers.population(run, 16, 4)
     assert blend_times(shown) == [4.0, 0.0] and shown.labels == ("rank 1", "rank 2")
     assert shown.what == "all of 2 in generation 4"
-    assert casting.population(run, 1, None).what == "fittest 1 of 2 in generation 5"
+    assert shown_walkers.population(run, 1, None).what == "fittest 1 of 2 in generation 5"
 
 
 def test_ranges_are_told_in_few_words() -> None:
-    told = casting.ranges
+    told = shown_walkers.ranges
     assert told([3]) == "generation 3"
     assert told([1, 2, 3, 7, 9, 10]) == "generation 1 to 3, 7, 9 to 10"
     assert told([1, 3, 5, 7, 9, 11, 12]) == "generation 1, 3, others, 11 to 12"
@@ -115,7 +115,7 @@ def test_a_fit_walks_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(walkers, "best", best)
     with pytest.raises(RunError, match="is a fit, in which nothing walks"):
-        casting.best("runs/fit")
+        shown_walkers.best("runs/fit")
 
 
 def test_the_page_is_written_where_it_is_told(

@@ -16,9 +16,9 @@ from mjxwalk.replay import Recording
 from mjxwalk.runs import folder
 from mjxwalk.runs.checkpoints import Checkpoints
 from mjxwalk.runs.trees import flatten
-from mjxwalk.watch import casting, page, recording
-from mjxwalk.watch.casting import Cast
+from mjxwalk.watch import page, recording, shown_walkers
 from mjxwalk.watch.recording import Show, Take
+from mjxwalk.watch.shown_walkers import ShownWalkers
 
 PLANAR, SPATIAL = "zoo:planar-lpd", "zoo:flame-robust"
 
@@ -33,12 +33,12 @@ class Made(NamedTuple):
 @functools.cache
 def made(source: str, seconds: float = 3.0) -> Made:
     """Returns the first seconds of a zoo's walker."""
-    return Made(*recording.perform(cast(source), Take(seconds=seconds)))
+    return Made(*recording.perform(shown(source), Take(seconds=seconds)))
 
 
-def cast(source: str) -> Cast:
+def shown(source: str) -> ShownWalkers:
     """Returns the walker on the ground that it is tried on."""
-    found = casting.best(source)
+    found = shown_walkers.best(source)
     return dataclasses.replace(found, experiment=found.experiment.as_tested())
 
 
@@ -52,7 +52,7 @@ class Recorded(NamedTuple):
 
 def recorded(source: str, frames_per_second: float, seconds: float) -> Recorded:
     """Returns the first seconds of a zoo's walker, as `made` has them."""
-    given = cast(source)
+    given = shown(source)
     experiment = given.experiment
     env, controller = experiment.env, experiment.controller
     trial = experiment.sample_trials(jax.random.key(0), 1).given(np.zeros(1, np.int32))

@@ -21,9 +21,9 @@ from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs import Metrics
 from mjxwalk.watch import bodies, live, recording, serving, tensorboard
-from mjxwalk.watch.casting import Cast
 from mjxwalk.watch.recording import Ground, Show, Take
 from mjxwalk.watch.serving import Serving
+from mjxwalk.watch.shown_walkers import ShownWalkers
 
 
 class Said:
@@ -60,14 +60,14 @@ def get(address: str) -> tuple[int, bytes]:
         return answer.status, answer.read()
 
 
-def nothing_walks(cast: Cast, take: Take) -> tuple[Show, str]:
+def nothing_walks(shown: ShownWalkers, take: Take) -> tuple[Show, str]:
     """Stands for the recording, which other tests are of."""
     del take
     ground = Ground(x=0.0, y=0.0, spacing=0.1, rows=1, width=1.0)
-    body = bodies.describe(cast.experiment.env)
+    body = bodies.describe(shown.experiment.env)
     show = Show(
-        title=cast.source,
-        what=cast.what,
+        title=shown.source,
+        what=shown.what,
         facts=(),
         frame_s=0.02,
         weight_n=1.0,

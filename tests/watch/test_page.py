@@ -11,7 +11,7 @@ import pytest
 from watch import browser as browsers
 from watch import given
 from watch.browser import Opened, ask, wait, wait_ready
-from watch.given import PLANAR, SPATIAL, cast, made
+from watch.given import PLANAR, SPATIAL, made, shown
 
 from mjxwalk import cli
 from mjxwalk.envs._mujoco import mujoco
@@ -111,7 +111,7 @@ def test_links_are_drawn_where_mujoco_has_them(opened: Opened, source: str) -> N
     for _ in range(3):
         tab.keyboard.press("Home")
     tab.keyboard.press("Shift+ArrowRight")
-    env = cast(source).experiment.env
+    env = shown(source).experiment.env
     model = env.model.mujoco
     data = mujoco.MjData(model)
     show, series = made(source)

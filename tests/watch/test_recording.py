@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import toy
-from watch.given import PLANAR, SPATIAL, cast, made, recorded
+from watch.given import PLANAR, SPATIAL, made, recorded, shown
 
 from mjxwalk.analysis.strides import debounced
 from mjxwalk.errors import RunError
@@ -38,7 +38,7 @@ def test_series_are_the_recording_and_frames_end_with_the_trial() -> None:
 
 
 def test_walkers_that_fall_end_where_they_fell_and_say_why() -> None:
-    given = cast(PLANAR)
+    given = shown(PLANAR)
     still = jax.tree.map(np.zeros_like, given.genotypes)
     both: Any = jax.tree.map(lambda a, b: np.concatenate([a, b]), given.genotypes, still)
     several = dataclasses.replace(given, genotypes=both, labels=("walks", "falls"))
@@ -52,7 +52,7 @@ def test_walkers_that_fall_end_where_they_fell_and_say_why() -> None:
 
 
 def test_the_ground_of_the_page_is_the_ground_that_is_walked_on() -> None:
-    given = cast(PLANAR)
+    given = shown(PLANAR)
     show, text = made(PLANAR)
     row = packing.unpack(show.series, text)["heights"][0]
     terrain = given.experiment.sample_trials(jax.random.key(0), 1).given(jnp.int32(0)).ground
@@ -64,7 +64,7 @@ def test_the_ground_of_the_page_is_the_ground_that_is_walked_on() -> None:
 
 @pytest.mark.slow
 def test_ground_in_space_reaches_to_the_sides_of_the_way() -> None:
-    given = cast(SPATIAL)
+    given = shown(SPATIAL)
     show, text = made(SPATIAL)
     rows = packing.unpack(show.series, text)["heights"]
     assert rows.shape[0] == show.ground.rows
@@ -78,6 +78,6 @@ def test_ground_in_space_reaches_to_the_sides_of_the_way() -> None:
 
 
 def test_a_body_that_is_not_known_is_refused() -> None:
-    given = dataclasses.replace(cast(PLANAR), experiment=toy.Toy())
+    given = dataclasses.replace(shown(PLANAR), experiment=toy.Toy())
     with pytest.raises(RunError, match="a World has no anatomy to show; derive it from"):
         recording.perform(given, Take(seconds=1.0))

@@ -15,7 +15,7 @@ FILE = "start.npz"
 Arrays = dict[str, npt.NDArray[Any]]
 
 
-class Start(NamedTuple):
+class Inherited(NamedTuple):
     """A walker, or a whole population and what goes with it; arrays by name.
 
     Attributes:
@@ -29,21 +29,21 @@ class Start(NamedTuple):
     elite_fitness: npt.NDArray[Any]
 
 
-def write(folder: Path, start: Start) -> str:
+def write(folder: Path, inherited: Inherited) -> str:
     """Writes `start.npz`, and returns its digest.
 
     Raises:
       RunError: it cannot be written, for example because the disk is full.
     """
-    arrays: Arrays = {f"genotype.{name}": array for name, array in start.genotype.items()}
-    arrays |= {f"strategy.{name}": array for name, array in start.strategy.items()}
-    arrays["elite_fitness"] = start.elite_fitness
+    arrays: Arrays = {f"genotype.{name}": array for name, array in inherited.genotype.items()}
+    arrays |= {f"strategy.{name}": array for name, array in inherited.strategy.items()}
+    arrays["elite_fitness"] = inherited.elite_fitness
     content = npz(arrays)
     files.replace(folder, FILE, content)
     return digests.of_bytes(content)
 
 
-def read(folder: Path) -> Start:
+def read(folder: Path) -> Inherited:
     """Returns what the run in a folder starts from, the same bits that were written.
 
     Raises:
@@ -63,4 +63,4 @@ def read(folder: Path) -> Start:
         named = {name: array for name, array in arrays.items() if name.startswith(prefix)}
         return {name.removeprefix(prefix): array for name, array in named.items()}
 
-    return Start(part("genotype."), part("strategy."), np.asarray(arrays["elite_fitness"]))
+    return Inherited(part("genotype."), part("strategy."), np.asarray(arrays["elite_fitness"]))

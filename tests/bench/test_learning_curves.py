@@ -1,4 +1,4 @@
-"""Tests of the functions, of races on them and on walkers, and of the script that compares them."""
+"""Tests of the functions, of learning curves, and of the script that compares them."""
 
 import importlib.util
 from pathlib import Path
@@ -10,8 +10,9 @@ import pytest
 import toy
 
 from mjxwalk import cli
-from mjxwalk.bench import races
+from mjxwalk.bench import learning_curves
 from mjxwalk.bench.functions import FUNCTIONS, turn
+from mjxwalk.bench.learning_curves import LearningCurve
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "compare_strategies.py"
 
@@ -49,40 +50,40 @@ def test_turning_keeps_lengths_and_mixes_weights():
 
 
 def test_walkers_race_until_their_steps_are_used_up():
-    experiment = races.with_strategy(toy.Toy(), "sep-cma-es")
+    experiment = learning_curves.with_strategy(toy.Toy(), "sep-cma-es")
     assert experiment.strategy.options == {"sigma": 0.3}
     million = 40 * 16 * 2 * toy.GENERATION_STEPS / 1e6  # steps of 40 generations
     evaluator = toy.ToyEvaluator(experiment, "mjx")
-    race = races.on_walkers(experiment, evaluator, 0, million)
-    assert len(race.effort) == len(race.reached) == 40
-    assert race.effort[-1] == pytest.approx(million)
-    assert race.reached[-1] > -1 > race.reached[0]
-    again = races.on_walkers(experiment, evaluator, 0, million)
-    assert again == race
+    curve = learning_curves.on_walkers(experiment, evaluator, 0, million)
+    assert len(curve.effort) == len(curve.reached) == 40
+    assert curve.effort[-1] == pytest.approx(million)
+    assert curve.reached[-1] > -1 > curve.reached[0]
+    again = learning_curves.on_walkers(experiment, evaluator, 0, million)
+    assert again == curve
 
 
 def test_what_was_reached_outlives_a_restart():
-    race = races.Race("toy", "snes", 0, list(range(30)), [0.0] * 5 + [4.0] * 10 + [1.0] * 15)
-    np.testing.assert_array_equal(_script().progress(race)[[0, 14, 29]], [0, 4, 4])
+    curve = LearningCurve("toy", "snes", 0, list(range(30)), [0.0] * 5 + [4.0] * 10 + [1.0] * 15)
+    np.testing.assert_array_equal(_script().progress(curve)[[0, 14, 29]], [0, 4, 4])
 
 
 def test_the_script_writes_a_table_and_a_figure_and_keeps_what_is_done(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     script = _script()
-    races_run: list[str] = []
+    names_run: list[str] = []
 
     def on_functions(name: str, num_weights: int, seeds: int, evaluations: int) -> Any:
-        races_run.append(name)
+        names_run.append(name)
         for seed in range(seeds):
-            yield races.Race(f"sphere {num_weights}", name, seed, [evaluations], [seed + 1.0])
+            yield LearningCurve(f"sphere {num_weights}", name, seed, [evaluations], [seed + 1.0])
 
-    monkeypatch.setattr(races, "on_functions", on_functions)
+    monkeypatch.setattr(learning_curves, "on_functions", on_functions)
     args = ["--out", str(tmp_path / "a"), "--strategies", "snes", "pgpe", "--weights", "4"]
     args += ["--experiments", "--seeds", "3"]
     for _ in range(2):
         assert cli.run("compare_strategies.py", script.CompareStrategies, args) == 0
-    assert races_run == ["snes", "pgpe"]
+    assert names_run == ["snes", "pgpe"]
     assert "| sphere 4 | 2 (1.5 to 2.5) | 2 (1.5 to 2.5) |" in capsys.readouterr().out
     assert (tmp_path / "a" / "strategies.png").read_bytes().startswith(b"\x89PNG")
 

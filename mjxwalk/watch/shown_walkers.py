@@ -21,7 +21,7 @@ RANKS = {
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Cast:
+class ShownWalkers:
     """The walkers that are shown together.
 
     Attributes:
@@ -42,7 +42,7 @@ class Cast:
         return len(self.labels)
 
 
-def best(source: str | Path) -> Cast:
+def best(source: str | Path) -> ShownWalkers:
     """Returns the tournament's winner, else the champion, else the fittest so far.
 
     Raises:
@@ -53,9 +53,9 @@ def best(source: str | Path) -> Cast:
     return of_walker(found)
 
 
-def of_walker(found: Walker) -> Cast:
+def of_walker(found: Walker) -> ShownWalkers:
     """Returns a walker alone."""
-    return Cast(
+    return ShownWalkers(
         source=found.name,
         what=f"{RANKS[found.rank]}, generation {found.generation}",
         experiment=found.experiment,
@@ -64,7 +64,7 @@ def of_walker(found: Walker) -> Cast:
     )
 
 
-def fittest(source: str | Path, generation: int) -> Cast:
+def fittest(source: str | Path, generation: int) -> ShownWalkers:
     """Returns the fittest walker of a generation.
 
     Raises:
@@ -72,7 +72,7 @@ def fittest(source: str | Path, generation: int) -> Cast:
     """
     known = _known(source)
     _check_there(source, generation, known)
-    return Cast(
+    return ShownWalkers(
         source=terminal.one_line(str(source)),
         what=f"fittest of generation {generation}",
         experiment=known.experiment,
@@ -81,7 +81,7 @@ def fittest(source: str | Path, generation: int) -> Cast:
     )
 
 
-def population(source: str | Path, number: int, generation: int | None) -> Cast:
+def population(source: str | Path, number: int, generation: int | None) -> ShownWalkers:
     """Returns the fittest walkers of a population, fittest first.
 
     Args:
@@ -110,7 +110,7 @@ def population(source: str | Path, number: int, generation: int | None) -> Cast:
     arrays = {name: leaf[chosen] for name, leaf in run.population.items()}
     size = len(fitness)
     shown = "all" if len(chosen) == size else f"fittest {len(chosen)}"
-    return Cast(
+    return ShownWalkers(
         source=terminal.one_line(str(source)),
         what=f"{shown} of {size} in generation {run.generation}",
         experiment=experiment,
@@ -119,7 +119,7 @@ def population(source: str | Path, number: int, generation: int | None) -> Cast:
     )
 
 
-def champions(source: str | Path, number: int) -> Cast:
+def champions(source: str | Path, number: int) -> ShownWalkers:
     """Returns the fittest of several generations, newest first.
 
     Args:
@@ -134,7 +134,7 @@ def champions(source: str | Path, number: int) -> Cast:
     there = np.array(known.generations)
     places = np.linspace(len(there) - 1, 0, min(number, len(there))).round().astype(int)
     chosen = [int(generation) for generation in there[places]]
-    return Cast(
+    return ShownWalkers(
         source=terminal.one_line(str(source)),
         what=f"champions from generation {chosen[-1]} to {chosen[0]}",
         experiment=known.experiment,

@@ -37,7 +37,7 @@ ON_WALKERS: dict[str, dict[str, Any]] = {
 }
 
 
-class Race(NamedTuple):
+class LearningCurve(NamedTuple):
     """What one strategy did in one task from one seed.
 
     Attributes:
@@ -55,8 +55,10 @@ class Race(NamedTuple):
     reached: list[float]
 
 
-def on_functions(name: str, num_weights: int, seeds: int, evaluations: int) -> Iterator[Race]:
-    """Returns the races of a strategy on all functions."""
+def on_functions(
+    name: str, num_weights: int, seeds: int, evaluations: int
+) -> Iterator[LearningCurve]:
+    """Returns the curves of a strategy on all functions."""
     size = searches.usual_population(num_weights)
     options = ON_FUNCTIONS.get(name, {"sigma": SIGMA})
     strategy = strategies.make(name, population_size=size, **options)
@@ -64,7 +66,9 @@ def on_functions(name: str, num_weights: int, seeds: int, evaluations: int) -> I
     found = searches.lowest(strategy, starts, max(1, evaluations // size), FUNCTIONS)
     for function, values in found.items():
         for seed, value in enumerate(values):
-            yield Race(f"{function} {num_weights}", name, seed, [evaluations], [float(value)])
+            yield LearningCurve(
+                f"{function} {num_weights}", name, seed, [evaluations], [float(value)]
+            )
 
 
 def with_strategy(experiment: Any, name: str) -> Any:
@@ -82,8 +86,8 @@ def with_strategy(experiment: Any, name: str) -> Any:
     return dataclasses.replace(experiment, strategy=choice)
 
 
-def on_walkers(experiment: Any, evaluator: Any, seed: int, million_steps: float) -> Race:
-    """Returns the race of an experiment's strategy until its walkers have taken so many steps.
+def on_walkers(experiment: Any, evaluator: Any, seed: int, million_steps: float) -> LearningCurve:
+    """Returns the curve of an experiment's strategy until its walkers have taken so many steps.
 
     Args:
       experiment: with the strategy.
@@ -110,4 +114,4 @@ def on_walkers(experiment: Any, evaluator: Any, seed: int, million_steps: float)
         steps += int(np.sum(outcome.steps, dtype=np.int64))
         effort.append(steps / 1e6)
         reached.append(float(np.max(np.nan_to_num(fitness, nan=-np.inf, neginf=-np.inf))))
-    return Race(experiment.name, experiment.strategy.name, seed, effort, reached)
+    return LearningCurve(experiment.name, experiment.strategy.name, seed, effort, reached)

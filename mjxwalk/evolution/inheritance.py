@@ -10,11 +10,11 @@ from mjxwalk import experiments, runs, terminal, walkers
 from mjxwalk.evolution.evolvable import Evolvable
 from mjxwalk.runs import Run, RunError
 from mjxwalk.runs.config import Origin
-from mjxwalk.runs.start import Arrays, Start
+from mjxwalk.runs.inheritance import Arrays, Inherited
 from mjxwalk.runs.trees import flatten, unflatten
 
 
-def prepare(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
+def inherit(experiment: Evolvable, source: str | Path) -> tuple[Inherited, Origin]:
     """Returns what an experiment starts from, and where it comes from.
 
     Args:
@@ -33,28 +33,28 @@ def prepare(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
     return _population(experiment, run)
 
 
-def _winner(experiment: Evolvable, source: str | Path) -> tuple[Start, Origin]:
+def _winner(experiment: Evolvable, source: str | Path) -> tuple[Inherited, Origin]:
     walker = walkers.best(source)
     _check_kind(experiment, walker.experiment, source)
-    start = _around(experiment, flatten(walker.genotype), source)
-    return start, Origin(source=terminal.one_line(str(source)), generation=walker.generation)
+    inherited = _around(experiment, flatten(walker.genotype), source)
+    return inherited, Origin(source=terminal.one_line(str(source)), generation=walker.generation)
 
 
-def _mean(experiment: Evolvable, run: Run) -> tuple[Start, Origin]:
+def _mean(experiment: Evolvable, run: Run) -> tuple[Inherited, Origin]:
     mean = {
         name: np.mean(leaf, axis=0, dtype=np.float64).astype(leaf.dtype)
         for name, leaf in run.population.items()
     }
-    start = _around(experiment, mean, run.path)
-    return start, Origin(source=terminal.one_line(str(run.path)), generation=run.generation)
+    inherited = _around(experiment, mean, run.path)
+    return inherited, Origin(source=terminal.one_line(str(run.path)), generation=run.generation)
 
 
-def _around(experiment: Evolvable, genotype: Arrays, source: str | Path) -> Start:
+def _around(experiment: Evolvable, genotype: Arrays, source: str | Path) -> Inherited:
     try:
         unflatten(experiment.template(), genotype)
     except RunError as error:
         raise RunError(_misfit(experiment, source, error)) from None
-    return Start(genotype, {}, np.zeros(0, np.float32))
+    return Inherited(genotype, {}, np.zeros(0, np.float32))
 
 
 def _evolved(experiment: Evolvable, source: str | Path) -> Run:
@@ -73,9 +73,11 @@ def _evolved(experiment: Evolvable, source: str | Path) -> Run:
     return run
 
 
-def _population(experiment: Evolvable, run: Run) -> tuple[Start, Origin]:
+def _population(experiment: Evolvable, run: Run) -> tuple[Inherited, Origin]:
     source, elites = run.path, run.part("elites")
-    start = Start({}, _innermost(run.strategy_state), elites["fitness"][elites["generation"] > 0])
+    inherited = Inherited(
+        {}, _innermost(run.strategy_state), elites["fitness"][elites["generation"] > 0]
+    )
     strategy = experiment.make_strategy()
     if run.fitness.size != strategy.population_size:
         raise RunError(
@@ -85,13 +87,13 @@ def _population(experiment: Evolvable, run: Run) -> tuple[Start, Origin]:
 
     def begin(key: Any, template: Any) -> Any:
         state = strategy.init(key, template)
-        return experiment.take_over(strategy, state, start.strategy, start.elite_fitness)
+        return experiment.take_over(strategy, state, inherited.strategy, inherited.elite_fitness)
 
     try:
         jax.eval_shape(begin, jax.random.key(0), experiment.template())
     except RunError as error:
         raise RunError(_misfit(experiment, source, error)) from None
-    return start, Origin(source=terminal.one_line(str(source)), generation=run.generation)
+    return inherited, Origin(source=terminal.one_line(str(source)), generation=run.generation)
 
 
 def _innermost(arrays: Arrays) -> Arrays:

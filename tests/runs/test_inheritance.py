@@ -12,14 +12,14 @@ import toy
 
 from mjxwalk import runs, walkers
 from mjxwalk.evolution import Evolution
-from mjxwalk.evolution.starting import prepare
+from mjxwalk.evolution.inheritance import inherit
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.scaling import scaled
-from mjxwalk.runs import RunError, config, folder, start
+from mjxwalk.runs import RunError, config, folder, inheritance
 from mjxwalk.runs.config import Origin
-from mjxwalk.runs.start import Start
+from mjxwalk.runs.inheritance import Inherited
 from mjxwalk.runs.trees import flatten
 
 TOY = toy.Toy()
@@ -44,39 +44,39 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def begin(experiment: Any, given: Start | None, seed: int = 0) -> Any:
+def begin(experiment: Any, given: Inherited | None, seed: int = 0) -> Any:
     return Evolution(experiment, toy.ToyEvaluator(experiment, "auto")).start(seed, given)
 
 
 def test_a_start_reads_back_to_the_same_bits(tmp_path: Path) -> None:
     fitness = np.array([1.0, np.nan], np.float32)
-    written = Start({"a.b": np.ones(3)}, {"mask": np.array(True)}, fitness)
+    written = Inherited({"a.b": np.ones(3)}, {"mask": np.array(True)}, fitness)
     run_config.create(tmp_path, Config(experiment=TOY), written)
-    read = start.read(tmp_path)
+    read = inheritance.read(tmp_path)
     np.testing.assert_equal(read, written)
     assert read.elite_fitness.tobytes() == fitness.tobytes()
 
 
 def test_a_missing_or_damaged_start_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="lacks start.npz"):
-        start.read(tmp_path)
+        inheritance.read(tmp_path)
     run_config.create(tmp_path, Config(experiment=TOY))
-    (tmp_path / start.FILE).write_bytes(b"PK\x03\x04 and no more")
+    (tmp_path / inheritance.FILE).write_bytes(b"PK\x03\x04 and no more")
     with pytest.raises(RunError, match="start.npz is damaged"):
-        start.read(tmp_path)
+        inheritance.read(tmp_path)
 
 
 def test_a_start_of_another_run_is_refused(tmp_path: Path) -> None:
     for name, value in (("a", 1.0), ("b", 2.0)):
-        given = Start({"gain": np.full(3, value)}, {}, np.zeros(0))
+        given = Inherited({"gain": np.full(3, value)}, {}, np.zeros(0))
         run_config.create(tmp_path / name, Config(experiment=TOY), given)
-    (tmp_path / "b" / start.FILE).replace(tmp_path / "a" / start.FILE)
+    (tmp_path / "b" / inheritance.FILE).replace(tmp_path / "a" / inheritance.FILE)
     with pytest.raises(RunError, match="start.npz is not the file that its run wrote"):
-        start.read(tmp_path / "a")
+        inheritance.read(tmp_path / "a")
 
 
 def test_a_folder_that_a_killed_process_began_is_free(tmp_path: Path) -> None:
-    start.write(tmp_path, Start({}, {}, np.zeros(0)))
+    inheritance.write(tmp_path, Inherited({}, {}, np.zeros(0)))
     (tmp_path / ".config.json.partial").touch()
     folder.check_free(tmp_path)
     (tmp_path / "thesis.tex").touch()
@@ -85,7 +85,7 @@ def test_a_folder_that_a_killed_process_began_is_free(tmp_path: Path) -> None:
 
 
 def test_generation_0_is_drawn_around_the_winner(source: Path) -> None:
-    given, origin = prepare(NEAR, source)
+    given, origin = inherit(NEAR, source)
     winner = walkers.best(source)
     assert origin == Origin(source=str(source), generation=winner.generation)
     state = begin(dataclasses.replace(NEAR, population_size=4000), given)
@@ -96,7 +96,7 @@ def test_generation_0_is_drawn_around_the_winner(source: Path) -> None:
 
 
 def test_a_population_goes_on_with_its_strategy_s_state(source: Path) -> None:
-    given, origin = prepare(GOING_ON, source)
+    given, origin = inherit(GOING_ON, source)
     assert origin.generation == 6
     before = runs.load(source)
     state = begin(GOING_ON, given)
@@ -107,7 +107,7 @@ def test_a_population_goes_on_with_its_strategy_s_state(source: Path) -> None:
 
 def test_pruning_compares_with_the_elites_of_the_run_before(source: Path) -> None:
     pruned = dataclasses.replace(GOING_ON, pruning=Pruning(reference=5, window=3))
-    given, _ = prepare(pruned, source)
+    given, _ = inherit(pruned, source)
     state = begin(pruned, given)
     elites = runs.load(source).part("elites")["fitness"]
     assert np.isfinite(elites).sum() == 6
@@ -121,7 +121,7 @@ def test_pruning_compares_with_the_elites_of_the_run_before(source: Path) -> Non
 
 def test_phases_of_one_seed_share_no_random_numbers(source: Path) -> None:
     keys = [begin(TOY, None).key]
-    keys += [begin(e, prepare(e, source)[0]).key for e in (NEAR, GOING_ON)]
+    keys += [begin(e, inherit(e, source)[0]).key for e in (NEAR, GOING_ON)]
     assert len({key.tobytes() for key in keys}) == 3
     assert keys[0].tobytes() == np.asarray(jax.random.key_data(jax.random.key(0))).tobytes()
 
@@ -163,19 +163,19 @@ def test_a_source_that_does_not_fit_is_one_sentence(
     unchecked_types: None, source: Path, experiment: Any, complaint: str
 ) -> None:
     with pytest.raises(RunError, match=complaint) as caught:
-        prepare(experiment, source)
+        inherit(experiment, source)
     assert "\n" not in str(caught.value)
 
 
 def test_a_source_without_a_population_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="zoo:any is a single walker"):
-        prepare(GOING_ON, "zoo:any")
+        inherit(GOING_ON, "zoo:any")
     run_config.create(tmp_path / "a", Config(experiment=TOY))
     for experiment in (NEAR, GOING_ON):
         with pytest.raises(RunError, match="a has not saved a generation yet"):
-            prepare(experiment, tmp_path / "a")
+            inherit(experiment, tmp_path / "a")
         with pytest.raises(RunError, match="nowhere does not exist"):
-            prepare(experiment, "nowhere")
+            inherit(experiment, "nowhere")
 
 
 def test_a_damaged_population_is_refused_not_replaced_by_an_older_one(
@@ -187,7 +187,7 @@ def test_a_damaged_population_is_refused_not_replaced_by_an_older_one(
     array = tmp_path / "a" / "checkpoints" / "6" / "arrays" / "0"
     array.write_bytes(array.read_bytes()[:100])
     with pytest.raises(RunError, match="checkpoints/6 is damaged"):
-        prepare(GOING_ON, tmp_path / "a")
+        inherit(GOING_ON, tmp_path / "a")
 
 
 def test_older_runs_without_the_newer_settings_can_be_read(tmp_path: Path) -> None:
