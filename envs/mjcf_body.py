@@ -13,7 +13,8 @@ from jaxtyping import Bool, Float
 
 from mjxwalk.envs import body_file, body_legs, dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.envs.anatomy import LEGS, Anatomy, Sense, Strength, derive, side_of, without_side
+from mjxwalk.envs.anatomy import LEGS, Anatomy, Sense, side_of, without_side
+from mjxwalk.envs.derived_anatomy import Strength, derive
 from mjxwalk.envs.legged_body import Sprung
 
 # Joints of the first body: in the plane, and in space, in this order.

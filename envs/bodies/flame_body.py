@@ -15,8 +15,9 @@ from jaxtyping import Float
 
 from mjxwalk.envs import body_file, body_legs, dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.envs.anatomy import HINGE, LEGS, SLIDE, Anatomy, Sense, Strength, derive
+from mjxwalk.envs.anatomy import HINGE, LEGS, SLIDE, Anatomy, Sense
 from mjxwalk.envs.body_contract import Contract, Joint, Link
+from mjxwalk.envs.derived_anatomy import Strength, derive
 from mjxwalk.envs.legged_body import Sprung
 from mjxwalk.envs.motor import Springs
 

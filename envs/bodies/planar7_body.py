@@ -8,8 +8,9 @@ import numpy as np
 
 from mjxwalk.envs import body_file, body_legs, dynamics
 from mjxwalk.envs._mujoco import compiled
-from mjxwalk.envs.anatomy import HINGE, LEGS, SLIDE, Anatomy, Sense, Strength, derive
+from mjxwalk.envs.anatomy import HINGE, LEGS, SLIDE, Anatomy, Sense
 from mjxwalk.envs.body_contract import Contract, Joint, Link
+from mjxwalk.envs.derived_anatomy import Strength, derive
 from mjxwalk.envs.legged_body import Sprung
 
 MODEL_PATH = Path(__file__).with_name("planar7.xml")

@@ -13,7 +13,8 @@ import numpy as np
 
 from mjxwalk.envs import dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.envs.anatomy import LEGS, Anatomy, Sense, Strength, derive
+from mjxwalk.envs.anatomy import LEGS, Anatomy, Sense
+from mjxwalk.envs.derived_anatomy import Strength, derive
 from mjxwalk.envs.legged_body import Sprung
 
 MODEL_PATH = Path(__file__).with_name("reil.xml")
