@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from watch.given import PLANAR, SPATIAL, recorded
+from player.given import PLANAR, SPATIAL, recorded
 
 from mjxwalk.envs import Flame, LeggedEnv, Planar7, Reil
 

@@ -1,9 +1,9 @@
-// Bundles the page's program and style into ../mjxwalk/watch/bundle, which ships with mjxwalk.
+// Bundles the page's program and style into ../mjxwalk/player/bundle, which ships with mjxwalk.
 // `--verify` writes nothing and fails where that folder differs from what the sources make.
 import { readFile, writeFile } from "node:fs/promises";
 import { build } from "esbuild";
 
-const TARGET = new URL("../mjxwalk/watch/bundle/", import.meta.url);
+const TARGET = new URL("../mjxwalk/player/bundle/", import.meta.url);
 const LIBRARIES = ["three", "uplot"];
 
 // A script element ends at the first of these, wherever that stands in the program.

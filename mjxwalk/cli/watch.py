@@ -10,7 +10,7 @@ from mjxwalk.cli.argument_types import OptionalFile, OptionalFloat, Seed, Source
 from mjxwalk.errors import RunError
 
 if TYPE_CHECKING:
-    from mjxwalk.watch.shown_walkers import ShownWalkers
+    from mjxwalk.player.shown_walkers import ShownWalkers
 
 MOST = 16  # walkers on a page; ours: what a phone draws smoothly
 MAX_ROUGHNESS = 0.2  # m; ours: ten times the paper's roughest, a stair of a fifth of a leg
@@ -64,8 +64,8 @@ class Watch:
         out = self.out or self._default()
         outputs.check(out)
         from mjxwalk import engines
-        from mjxwalk.watch import page, recording
-        from mjxwalk.watch.recording import Take
+        from mjxwalk.player import page, recording
+        from mjxwalk.player.recording import Take
 
         engines.prepare()
         shown = self._on_ground(self._shown())
@@ -155,7 +155,7 @@ class Watch:
         return Path(self.source) / FILE
 
     def _shown(self) -> "ShownWalkers":
-        from mjxwalk.watch import shown_walkers
+        from mjxwalk.player import shown_walkers
 
         if self.champions is not None:
             return shown_walkers.champions(self.source, self.champions)

@@ -122,7 +122,7 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
         """Returns a picture, None without a render mode."""
         if self.render_mode is None or self._state is None:
             return None
-        from mjxwalk.video.still import Still
+        from mjxwalk.pictures.still import Still
 
         data, info = self._state.data, self._state.info
         if self._painter is None:

@@ -7,9 +7,9 @@ import jinja2
 
 import mjxwalk
 from mjxwalk.errors import RunError
+from mjxwalk.player import page as watch
 from mjxwalk.report.parts import Page
 from mjxwalk.runs import files
-from mjxwalk.watch import page as watch
 
 FILE = "report.html"
 TEMPLATE = "page.html.jinja"

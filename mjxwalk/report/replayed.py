@@ -4,12 +4,12 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 
 from mjxwalk import shell
+from mjxwalk.player import page, recording, shown_walkers
+from mjxwalk.player.recording import Take
+from mjxwalk.player.shown_walkers import ShownWalkers
 from mjxwalk.report.parts import Replay, Section
 from mjxwalk.report.recorded import Recorded
 from mjxwalk.report.sources import Phase
-from mjxwalk.watch import page, recording, shown_walkers
-from mjxwalk.watch.recording import Take
-from mjxwalk.watch.shown_walkers import ShownWalkers
 
 SECONDS = 20.0  # ours: a dozen strides and more, in some 60 kB
 

@@ -12,14 +12,12 @@ import numpy as np
 from jaxtyping import UInt8
 
 from mjxwalk import budget, installing, outputs, replay
-from mjxwalk.envs import LeggedEnv
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
+from mjxwalk.pictures import camera, offscreen, scene
 from mjxwalk.runs import files
-from mjxwalk.video import offscreen, scene
 
 ENDINGS = {".mp4": 50.0, ".gif": 25.0}  # frames a second; gifs count in hundredths of a second
-DISTANCE = 3.9  # of the camera from the walker, in lengths of its legs; ours
 FOLLOW = 0.02  # of the way to the hip's height that the camera goes in a frame; ours
 Picture = UInt8[np.ndarray, "down across 3"]
 
@@ -102,7 +100,7 @@ def draw(shot: Shot, frames_per_second: float, size: tuple[int, int]) -> Iterato
     qpos, heights = shot.walk(frames_per_second)
     model = scene.build(env, heights, qpos, size)
     data = mujoco.MjData(model)
-    camera = camera_for(env, model)
+    view = camera.beside(env, model)
     torso = model.body(env.anatomy.torso).id
     height = None
     with offscreen.Painter(model, size) as painter:
@@ -112,17 +110,8 @@ def draw(shot: Shot, frames_per_second: float, size: tuple[int, int]) -> Iterato
             hip = data.xpos[torso]
             # Along with the hip, but not up and down with every step.
             height = hip[2] if height is None else height + FOLLOW * (hip[2] - height)
-            camera.lookat[:] = hip[0], hip[1], height
-            yield painter.draw(data, camera)
-
-
-def camera_for(env: LeggedEnv, model: Any) -> Any:
-    """Returns a `mujoco.MjvCamera` beside and before the walker, which looks at the origin."""
-    camera = mujoco.MjvCamera()
-    mujoco.mjv_defaultFreeCamera(model, camera)
-    camera.azimuth, camera.elevation = 115.0, -12.0
-    camera.distance = DISTANCE * env.leg_length
-    return camera
+            view.lookat[:] = hip[0], hip[1], height
+            yield painter.draw(data, view)
 
 
 def _write_mp4(

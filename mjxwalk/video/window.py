@@ -7,7 +7,7 @@ from typing import Any
 
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
-from mjxwalk.video import filming, scene
+from mjxwalk.pictures import camera, scene
 from mjxwalk.video.filming import Shot
 
 FRAMES_PER_SECOND = 50.0
@@ -52,7 +52,7 @@ def view(shot: Shot) -> None:
         window.cam.azimuth, window.cam.elevation, window.cam.distance = (
             115.0,
             -12.0,
-            filming.DISTANCE * env.leg_length,
+            camera.DISTANCE * env.leg_length,
         )
         while window.is_running():
             started = time.perf_counter()

@@ -133,8 +133,8 @@ class Live:
           RunError: it cannot be read.
           OSError: likewise.
         """
-        from mjxwalk.watch import page, recording, shown_walkers
-        from mjxwalk.watch.recording import Take
+        from mjxwalk.player import page, recording, shown_walkers
+        from mjxwalk.player.recording import Take
 
         shown = shown_walkers.best(str(self._path))
         show, series = recording.perform(shown, Take(seconds=SECONDS))

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from watch import given
-from watch.given import PLANAR
+from player import given
+from player.given import PLANAR
 
 from mjxwalk import cli, experiments, walkers
 from mjxwalk.errors import RunError
+from mjxwalk.player import shown_walkers
 from mjxwalk.walker import Walker
-from mjxwalk.watch import shown_walkers
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import mjxwalk.gym
 from mjxwalk.envs import Action, Flame, Planar7, Reil
 from mjxwalk.errors import RunError
 from mjxwalk.gym import MjxEnv, environments
-from mjxwalk.video import offscreen
+from mjxwalk.pictures import offscreen
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from types import FrameType
 import msgspec
 import pytest
 import toy
-from watch import given
+from player import given
 
 from mjxwalk import runs, tournament, walkers
 from mjxwalk.cli import main

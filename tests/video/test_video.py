@@ -16,8 +16,9 @@ from PIL import Image
 from mjxwalk import cli, video, walkers
 from mjxwalk.envs import Flame, Planar7, Terrain
 from mjxwalk.errors import RunError
-from mjxwalk.video import filming, offscreen, scene
-from mjxwalk.watch import page
+from mjxwalk.pictures import offscreen, scene
+from mjxwalk.player import page
+from mjxwalk.video import filming
 
 SIZE = (160, 120)
 

@@ -15,15 +15,16 @@ from typing import Any
 import msgspec
 import pytest
 import toy
-from watch import given
+from player import given
 
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
+from mjxwalk.player import bodies, recording
+from mjxwalk.player.recording import Ground, Show, Take
+from mjxwalk.player.shown_walkers import ShownWalkers
 from mjxwalk.runs import Metrics
-from mjxwalk.watch import bodies, live, recording, serving, tensorboard
-from mjxwalk.watch.recording import Ground, Show, Take
+from mjxwalk.watch import live, serving, tensorboard
 from mjxwalk.watch.serving import Serving
-from mjxwalk.watch.shown_walkers import ShownWalkers
 
 
 class Said:

@@ -1,4 +1,4 @@
-// What Python wrote into the page: `mjxwalk/watch/recording.py` and `bodies.py` say what each is.
+// What Python wrote into the page: `mjxwalk/player/recording.py` and `bodies.py` say what each is.
 
 export type Side = "left" | "right" | "middle";
 

@@ -1,4 +1,4 @@
-// Reads the series that `mjxwalk/watch/packing.py` packed.
+// Reads the series that `mjxwalk/player/packing.py` packed.
 
 import type { Stored } from "./show";
 

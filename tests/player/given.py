@@ -12,13 +12,13 @@ from mjxwalk import forces, replay, walkers
 from mjxwalk.experiments import run_config
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.forces import Forces
+from mjxwalk.player import page, recording, shown_walkers
+from mjxwalk.player.recording import Show, Take
+from mjxwalk.player.shown_walkers import ShownWalkers
 from mjxwalk.replay import Recording
 from mjxwalk.runs import folder
 from mjxwalk.runs.checkpoints import Checkpoints
 from mjxwalk.runs.trees import flatten
-from mjxwalk.watch import page, recording, shown_walkers
-from mjxwalk.watch.recording import Show, Take
-from mjxwalk.watch.shown_walkers import ShownWalkers
 
 PLANAR, SPATIAL = "zoo:planar-lpd", "zoo:flame-robust"
 

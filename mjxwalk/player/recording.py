@@ -11,10 +11,10 @@ from mjxwalk import forces, replay
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import scenery
 from mjxwalk.outcomes import cost_of_transport
-from mjxwalk.watch import bodies
-from mjxwalk.watch.bodies import Body
-from mjxwalk.watch.packing import Series, Stored, pack
-from mjxwalk.watch.shown_walkers import ShownWalkers
+from mjxwalk.player import bodies
+from mjxwalk.player.bodies import Body
+from mjxwalk.player.packing import Series, Stored, pack
+from mjxwalk.player.shown_walkers import ShownWalkers
 
 FRAMES_PER_SECOND = 50.0  # ours: angles between two frames are a straight line to the eye
 MOVE_STEP = 0.0002  # m or rad; ours: a fifth of a millimetre

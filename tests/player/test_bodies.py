@@ -6,8 +6,8 @@ import pytest
 
 from mjxwalk.envs import Flame, LeggedEnv, Planar7, Reil
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.watch import bodies
-from mjxwalk.watch.bodies import Body, Link
+from mjxwalk.player import bodies
+from mjxwalk.player.bodies import Body, Link
 
 BODIES = pytest.mark.parametrize(
     "env", [Planar7(), Flame(), Reil()], ids=["planar", "spatial", "hips"]

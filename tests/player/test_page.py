@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from watch import browser as browsers
-from watch import given
-from watch.browser import Opened, ask, wait, wait_ready
-from watch.given import PLANAR, SPATIAL, made, shown
+from player import browser as browsers
+from player import given
+from player.browser import Opened, ask, wait, wait_ready
+from player.given import PLANAR, SPATIAL, made, shown
 
 from mjxwalk import cli
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.player import packing, page
 from mjxwalk.report import page as report
 from mjxwalk.report.parts import Page, Replay, Section
-from mjxwalk.watch import packing, page
 
 WEB = Path(__file__).parents[2] / "web"
 EVIL = "<script>window.hacked=1</script>"

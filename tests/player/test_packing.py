@@ -5,8 +5,8 @@ import gzip
 
 import numpy as np
 
-from mjxwalk.watch import packing
-from mjxwalk.watch.packing import Series
+from mjxwalk.player import packing
+from mjxwalk.player.packing import Series
 
 WAVES = np.sin(np.linspace(0, 30, 400)[None] * np.array([[1.0], [3.0]])) * [[1.0], [200.0]]
 

@@ -8,12 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import toy
-from watch.given import PLANAR, SPATIAL, made, recorded, shown
+from player.given import PLANAR, SPATIAL, made, recorded, shown
 
 from mjxwalk.analysis.strides import debounced
 from mjxwalk.errors import RunError
-from mjxwalk.watch import packing, recording
-from mjxwalk.watch.recording import Take
+from mjxwalk.player import packing, recording
+from mjxwalk.player.recording import Take
 
 
 def test_series_are_the_recording_and_frames_end_with_the_trial() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.video import filming, offscreen, scene
+from mjxwalk.pictures import camera, offscreen, scene
 
 REACH = 110.0  # m; ours: farther than any trial
 
@@ -38,9 +38,9 @@ class Still:
         data = mujoco.MjData(self._model)
         data.qpos[:] = scene.joint_positions(self._env, qpos[None])[0]
         mujoco.mj_forward(self._model, data)
-        camera = filming.camera_for(self._env, self._model)
-        camera.lookat[:] = data.body(self._env.anatomy.torso).xpos
-        return self._painter.draw(data, camera)
+        view = camera.beside(self._env, self._model)
+        view.lookat[:] = data.body(self._env.anatomy.torso).xpos
+        return self._painter.draw(data, view)
 
     def close(self) -> None:
         """Gives OpenGL back."""

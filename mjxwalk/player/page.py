@@ -10,7 +10,7 @@ import msgspec
 from markupsafe import Markup
 
 import mjxwalk
-from mjxwalk.watch.recording import Show
+from mjxwalk.player.recording import Show
 
 TEMPLATE = "page.html.jinja"
 BUNDLE = Path(__file__).parent / "bundle"  # made by web/build.mjs
