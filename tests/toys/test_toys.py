@@ -1,6 +1,7 @@
 """A body, a controller and a strategy of one's own, without a change of any file of mjxwalk."""
 
 import dataclasses
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from mjxwalk.envs import MjcfEnv, RandomWalk
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
 from mjxwalk.gym.mjx_env import MjxEnv
+from mjxwalk.runs import files
 
 XML = Path(__file__).with_name("toy_biped.xml").read_text(encoding="utf-8")
 TOY = Experiment(
@@ -123,3 +125,17 @@ def test_falls_as_in_c_mujoco() -> None:
         state = step(state, env.scaled_action(jnp.zeros(4)), given)
         mujoco.mj_step(model, data)
     np.testing.assert_allclose(state.qpos, data.qpos, atol=2e-3)
+
+
+def test_is_listed_and_resumed(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stopped = tmp_path / "stopped"
+    shutil.copytree(run, stopped)
+    for name in ("result.json", "champion.npz", "checkpoints/3"):
+        files.remove(stopped, name)
+    assert cli.main(["resume", str(stopped)]) == 0
+    assert (stopped / "champion.npz").read_bytes() == (run / "champion.npz").read_bytes()
+    assert cli.main(["list", "--runs", str(tmp_path)]) == 0
+    shown = capsys.readouterr().out
+    assert "toy-biped" in shown and "stopped" in shown
