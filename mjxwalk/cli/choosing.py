@@ -11,7 +11,7 @@ from mjxwalk import experiments
 from mjxwalk.cli import own_body
 from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.errors import RunError, near
-from mjxwalk.evolution import memory
+from mjxwalk.evolution import evolvable
 from mjxwalk.evolution.inheritance import inherit
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.scaling import scaled
@@ -47,9 +47,8 @@ def choose_run(asked: EvolveArguments) -> tuple[Config, Inherited | None]:
         experiment = override(experiment, "controller.links", _read_links(asked.links))
     if asked.source is not None and experiment.start == "zero":
         experiment = override(experiment, "start", "winner")
+    evolvable.check(experiment)
     try:
-        memory.check_settings(experiment)
-        experiment.make_strategy()  # checks the strategy's options
         settings = Config(
             experiment=experiment,
             seed=asked.seed,
@@ -109,10 +108,9 @@ def choose_study(asked: EvolveArguments) -> StudyConfig:
         phases[name] = _override(phases[name], rest, value)
     if asked.links is not None:
         phases = _with_links(asked, phases, _read_links(asked.links))
+    for experiment in phases.values():
+        evolvable.check(experiment)
     try:
-        for experiment in phases.values():
-            memory.check_settings(experiment)
-            experiment.make_strategy()
         return StudyConfig(
             name=study.name,
             phases=tuple(phases.items()),

@@ -5,6 +5,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float, PRNGKeyArray
 
+from mjxwalk.errors import RunError
+from mjxwalk.evolution import memory
 from mjxwalk.experiments.goal import Goal
 from mjxwalk.rollout import TrialRunner
 from mjxwalk.strategies import Strategy
@@ -72,6 +74,15 @@ class Evolvable(Protocol):
     def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Any:
         """Returns trials; without a roughness those that count in the end."""
         ...
+
+
+def check(experiment: Any) -> None:
+    """Raises RunError unless an `Evolvable` fits into memory, and its strategy can be made."""
+    memory.check_settings(experiment)
+    try:
+        experiment.make_strategy()  # checks its options, which a file may have any in
+    except (ValueError, TypeError, OverflowError) as error:
+        raise RunError(str(error)) from None
 
 
 @runtime_checkable

@@ -15,7 +15,7 @@ import numpy as np
 
 from mjxwalk import evaluation, tournament, walkers
 from mjxwalk.engines import pinning
-from mjxwalk.evolution import loop, memory
+from mjxwalk.evolution import evolvable, loop
 from mjxwalk.evolution.background_compile import BackgroundCompile
 from mjxwalk.evolution.inheritance import inherit
 from mjxwalk.evolution.processes import Processes
@@ -169,9 +169,8 @@ def _start_phase(path: Path, study: StudyConfig, number: int) -> tuple[Config, I
 
 
 def _evaluator(settings: Config, engine: str) -> Any:
-    memory.check_settings(settings.experiment)
+    evolvable.check(settings.experiment)
     try:
-        settings.experiment.make_strategy()  # checks its options, which a file may have any in
         return evaluation.make_evaluator(settings.experiment, engine)
     except (ValueError, TypeError, OverflowError) as error:
         raise RunError(str(error)) from None
