@@ -237,3 +237,14 @@ def side_of(name: str) -> Side:
 def without_side(name: str) -> str:
     """Returns a name without the side that it ends with."""
     return name.removesuffix("_left").removesuffix("_right")
+
+
+def anatomy_of(env: object) -> Anatomy | None:
+    """Returns the anatomy of an environment's body; None of one that has none."""
+    return getattr(env, "anatomy", None)
+
+
+def is_spatial(env: object) -> bool:
+    """Returns whether an environment has a body that moves in space."""
+    anatomy = anatomy_of(env)
+    return anatomy is not None and not anatomy.root.is_planar

@@ -17,6 +17,7 @@ from mjxwalk.analysis.footfalls import find_footfalls, observe, role_angles
 from mjxwalk.analysis.strides import role_periods
 from mjxwalk.controllers import linear_reactive, spatial_reactive
 from mjxwalk.envs import LeggedEnv
+from mjxwalk.envs.anatomy import anatomy_of
 from mjxwalk.replay import Recording
 
 SLICES = 100  # of a step's time; ours
@@ -79,9 +80,11 @@ class AngleDensity(NamedTuple):
         return self.counts / np.maximum(most, 1)
 
 
-def roles_of(env: LeggedEnv) -> Roles | None:
+def roles_of(env: object) -> Roles | None:
     """Returns the angles by role that a body has; None of bodies without such networks."""
-    anatomy = env.anatomy
+    anatomy = anatomy_of(env)
+    if anatomy is None:
+        return None
     if "adduction" in anatomy.names:
         return SPATIAL
     jointed = all(None not in (leg.hip, leg.knee, leg.ankle) for leg in anatomy.legs)

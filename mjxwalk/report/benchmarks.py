@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from mjxwalk.analysis import paper, tables
 from mjxwalk.analysis.tables import Benchmark
+from mjxwalk.envs.anatomy import is_spatial
 from mjxwalk.report import winners
 from mjxwalk.report.parts import (
     Cell,
@@ -51,11 +52,7 @@ def _benchmarks(phases: Sequence[Phase]) -> list[Benchmark]:
 
 
 def _is_spatial(variants: Mapping[str, Sequence[Phase]]) -> bool:
-    return any(
-        not phase.experiment.env.anatomy.root.is_planar
-        for each in variants.values()
-        for phase in each
-    )
+    return any(is_spatial(phase.experiment.env) for each in variants.values() for phase in each)
 
 
 def _table(given: Mapping[str, Sequence[Benchmark]], *, spatial: bool) -> Table:

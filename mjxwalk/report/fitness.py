@@ -7,6 +7,7 @@ import numpy as np
 
 from mjxwalk.analysis import curves, figures
 from mjxwalk.analysis.curves import Curve, PhaseCurves
+from mjxwalk.envs.anatomy import is_spatial
 from mjxwalk.report import drawing, quartiles
 from mjxwalk.report.parts import Picture, Section, count, frame, number
 from mjxwalk.report.sources import Phase
@@ -65,7 +66,7 @@ def over_phases(chain: Mapping[str, Sequence[Phase]], *, figure: str = "") -> Pi
     alt = "; ".join(_told(phase) for phase in drawn if len(phase))
     alt = f"Two curves over the generations. {alt}."
     num = max(map(len, chain.values()))
-    figure = figure or ("4a" if last.experiment.env.anatomy.root.is_planar else "7")
+    figure = figure or ("7" if is_spatial(last.experiment.env) else "4a")
     told = [f"Figure {figure}. Fitness of the fittest and mean fitness, {_averaged(num)}."]
     return Picture(
         name=f"figure-{figure}",

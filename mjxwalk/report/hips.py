@@ -8,6 +8,7 @@ import numpy as np
 from mjxwalk import replay
 from mjxwalk.analysis import figures, hip_figures
 from mjxwalk.analysis.hip_figures import Course
+from mjxwalk.envs.anatomy import anatomy_of
 from mjxwalk.report import drawing, fitness, winners
 from mjxwalk.report.parts import Picture, Section, frame, number
 from mjxwalk.report.sources import Phase, Source
@@ -33,12 +34,12 @@ HIPS_TEXT = (
 
 def is_hip_powered(source: Source) -> bool:
     """Returns whether a source is of a biped whose hips alone are powered, and asked for angles."""
-    env = getattr(source.phases[0].experiment, "env", None)
-    if env is None:
+    anatomy = anatomy_of(getattr(source.phases[0].experiment, "env", None))
+    if anatomy is None:
         return False
-    hips = [leg.hip for leg in env.anatomy.legs]
-    return [each.coordinate for each in env.anatomy.motors] == hips and all(
-        each.law == "velocity" for each in env.anatomy.motors
+    hips = [leg.hip for leg in anatomy.legs]
+    return [each.coordinate for each in anatomy.motors] == hips and all(
+        each.law == "velocity" for each in anatomy.motors
     )
 
 

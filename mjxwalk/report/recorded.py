@@ -12,6 +12,7 @@ from mjxwalk.analysis.angles import AngleDensity
 from mjxwalk.analysis.frame import Frame
 from mjxwalk.analysis.gait import Gait
 from mjxwalk.analysis.sticks import Sticks
+from mjxwalk.envs.anatomy import is_spatial
 from mjxwalk.report.sources import Phase
 
 AT_ONCE = 50  # trials that are recorded together; ours: some 200 MB for 100 s
@@ -136,7 +137,7 @@ def _faults(phases: Sequence[Phase], seed: int, engine: str) -> Frame | None:
     """Returns what the gaits of spatial walkers hide, a row for each."""
     import pandas as pd
 
-    if phases[0].experiment.env.anatomy.root.is_planar:
+    if not is_spatial(phases[0].experiment.env):
         return None
     rows: list[Any] = []
     for phase in phases:

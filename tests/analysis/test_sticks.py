@@ -30,13 +30,13 @@ def test_skeleton_of_a_spatial_body_that_stands_straight_is_two_columns() -> Non
     np.testing.assert_allclose(figure[:, 6:8, 2], 0.0, atol=1e-9)
 
 
-def test_skeleton_of_a_hip_powered_body_ends_in_the_centres_of_its_spheres() -> None:
+def test_skeleton_of_a_hip_powered_body_stands_on_its_spheres_lowest_points() -> None:
     qpos = np.zeros((1, 14))
     qpos[:, 2] = 1.16
     (figure,) = skeleton(Reil(), qpos)
     # reil.xml: thigh 0.5 m, calf 0.54 m; spheres of 0.08 m, 0.04 m below the ankle; the trunk's
     # centre is 0.3 m over the hips, which are 0.125 m beside the middle.
-    heights = [1.76, 1.16, 1.16, 1.16, 0.66, 0.12, 0.08, 0.08, 0.12]
+    heights = [1.76, 1.16, 1.16, 1.16, 0.66, 0.12, 0.0, 0.0, 0.12]
     np.testing.assert_allclose(figure[..., 2], [heights] * 2, atol=1e-9)
     np.testing.assert_allclose(figure[:, 2:, 1], [[0.125] * 7, [-0.125] * 7], atol=1e-9)
     np.testing.assert_allclose(figure[:, 6:8, 0], [[-0.079, -0.029]] * 2, atol=1e-9)
