@@ -54,7 +54,7 @@ def _complaint(text: str, contract: Contract) -> str:
     try:
         model = compiled(read(text))
         _check_finite(model)
-        _check_world(model, contract)
+        check_world(model, contract)
         _check_links(model, contract)
         for name, body in contract.sites:
             _check_site(model, name, body)
@@ -77,8 +77,8 @@ def _check_finite(model: Any) -> None:
                 raise ValueError(f"has numbers that make MuJoCo's {field} no number; change them")
 
 
-def _check_world(model: Any, contract: Contract) -> None:
-    """Checks what is not of the tree."""
+def check_world(model: Any, contract: Contract) -> None:
+    """Raises ValueError unless what is not of the tree can be simulated."""
     for equality in range(model.neq):
         _check_equality(model, equality, contract)
     option = model.opt

@@ -88,6 +88,7 @@ class LeggedEnv(LeggedBody):
         work; joint stops and springs are no motors.
         """
         tree, driven = self._tree, self.anatomy.driven
+        self._check_action(action)
         now, contact, loads = self._seen(state, given)
         moving = self.drive(state, action, now, loads)
         qacc = tree.accelerations(state, now, moving.acceleration)
@@ -201,6 +202,16 @@ class LeggedEnv(LeggedBody):
         soil = Soil(self.terrain, given.ground, self.contact, self.timestep, self.implicit)
         contact, loads = tree.touch(state, now, soil)
         return now, contact, {**loads, **self.carried(state, now, given)}
+
+    def _check_action(self, action: Any) -> None:
+        """Raises ValueError unless an action has a number for each motor."""
+        names = [each.name for each in self.anatomy.motors]
+        for part in jax.tree.leaves(action):
+            if jnp.shape(part) != (len(names),):
+                raise ValueError(
+                    f"an action must have {len(names)} numbers, for {', '.join(names)}, got shape "
+                    f"{jnp.shape(part)}"
+                )
 
     def _has_fallen(self, after: State, given: Trial) -> Bool[Array, ""]:
         root = self.anatomy.root

@@ -13,7 +13,8 @@ from jaxtyping import Bool, Float
 
 from mjxwalk.envs import body_file, body_legs, dynamics, floating
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.envs.anatomy import LEGS, Anatomy, Sense, side_of, without_side
+from mjxwalk.envs.anatomy import HINGE, KINDS, LEGS, Anatomy, Sense, side_of, without_side
+from mjxwalk.envs.body_contract import Contract, Joint, Link
 from mjxwalk.envs.derived_anatomy import Strength, derive
 from mjxwalk.envs.legged_body import Sprung
 
@@ -73,11 +74,16 @@ def anatomy(text: str) -> Anatomy:
       ValueError: it has no root, feet or motors that are known here.
     """
     model = hinged_model(text).mujoco
-    _check_root(model)
+    _check_tree(model)
     joints = [str(model.joint(joint).name) for joint in range(model.njnt)]
     driven = [int(model.actuator_trnid[motor][0]) for motor in range(model.nu)]
     if not driven:
         raise ValueError("the body has no motors; add <motor joint=.../> for each driven joint")
+    contract = _contract(model, joints, driven)
+    body_file.check_world(model, contract)
+    body_legs.check_joints(model, contract)
+    body_legs.check_motors(model, contract)
+    points = _points(model)
     limits = body_legs.torque_limits_of(model, driven)
     weight = -model.opt.gravity[2] * model.body_subtreemass[0]
     usual = STRENGTH * weight * _height(model)
@@ -85,7 +91,7 @@ def anatomy(text: str) -> Anatomy:
         model,
         name=str(model.names[: model.names.index(b"\0")].decode()) or "body",
         motors=[joints[joint] for joint in driven],
-        points=_points(model),
+        points=points,
         senses=_senses(model, joints),
         limits=limits,
         strength=Strength(
@@ -124,13 +130,59 @@ def stance(text: str, angles: tuple[tuple[str, float], ...]) -> Stance:
     )
 
 
+def _contract(model: Any, joints: list[str], driven: list[int]) -> Contract:
+    """Returns what the checks of our own bodies' files hold this one to."""
+    num = int(model.body_jntnum[1])
+    axes = [tuple(int(round(value)) for value in model.jnt_axis[joint]) for joint in range(num)]
+    root = tuple(
+        Joint(joints[joint], int(model.jnt_type[joint]), (x, y, z))
+        for joint, (x, y, z) in enumerate(axes)
+    )
+    sites = [
+        (str(model.site(site).name), str(model.body(int(model.site_bodyid[site])).name))
+        for site in range(model.nsite)
+    ]
+    motors = dict.fromkeys(joints[joint] for joint in driven if joint >= num)
+    torso = Link(str(model.body(1).name), "world", root)
+    return Contract(kind="own", links=(torso,), sites=tuple(sites), motors=tuple(motors))
+
+
+def _check_tree(model: Any) -> None:
+    """Raises ValueError unless the tree is one that `mjxwalk.envs.trees` moves."""
+    for kind, num in (("body", model.nbody), ("joint", model.njnt), ("site", model.nsite)):
+        for each in range(num):
+            if not getattr(model, kind)(each).name:
+                raise ValueError(
+                    f"a {kind} has no name, and its name says whose leg it is; add one"
+                )
+    for joint in range(model.njnt):
+        name, axis = model.joint(joint).name, model.jnt_axis[joint]
+        if int(model.jnt_type[joint]) not in KINDS:
+            raise ValueError(
+                f"joint {name} is a ball or free joint; use hinges, of the root slides too"
+            )
+        if not np.isclose(np.abs(axis).max(), 1.0) or np.any(model.jnt_pos[joint]):
+            raise ValueError(
+                f"joint {name} must be at its body's origin and along one of its axes; move and "
+                "turn the body's parts instead"
+            )
+        if int(model.jnt_bodyid[joint]) > 1 and int(model.jnt_type[joint]) != HINGE:
+            raise ValueError(f"joint {name} is a slide, and only the root may have slides")
+    for body in range(1, model.nbody):
+        name = model.body(body).name
+        if not np.allclose(model.body_quat[body], [1.0, 0.0, 0.0, 0.0]):
+            raise ValueError(f"body {name} is turned; leave its axes along the world's")
+        if int(model.body_parentid[body]) == 0 and (body > 1 or np.any(model.body_pos[body])):
+            raise ValueError(
+                f"body {name} must be the only one in the world, at 0 0 0; a trial puts it on the "
+                "ground by itself"
+            )
+    _check_root(model)
+
+
 def _check_root(model: Any) -> None:
-    kinds = {int(mujoco.mjtJoint.mjJNT_SLIDE): "slide", int(mujoco.mjtJoint.mjJNT_HINGE): "hinge"}
     found = tuple(
-        (
-            kinds.get(int(model.jnt_type[joint]), "other"),
-            "xyz"[int(np.argmax(np.abs(model.jnt_axis[joint])))],
-        )
+        (KINDS[int(model.jnt_type[joint])], _axis(model.jnt_axis[joint]))
         for joint in range(int(model.body_jntnum[1]) if model.nbody > 1 else 0)
     )
     if found not in ROOTS:
@@ -139,6 +191,11 @@ def _check_root(model: Any) -> None:
             f"the first body must have the joints {words[0]}, or {words[1]}, in this order, and "
             f"has {', '.join(f'{kind} {axis}' for kind, axis in found) or 'none'}"
         )
+
+
+def _axis(axis: Float[np.ndarray, "3"]) -> str:
+    name = "xyz"[int(np.argmax(np.abs(axis)))]
+    return name if axis.max() > 0.5 else f"-{name}"
 
 
 def _points(model: Any) -> list[str]:

@@ -114,6 +114,27 @@ def check_walks(source: str | Path, experiment: Any) -> None:
         raise RunError(f"{source} is a fit, in which nothing walks; see {report}")
 
 
+def check_has_anatomy(source: str | Path, experiment: Any) -> None:
+    """Raises unless walkers of an experiment walk, with a body whose anatomy is known.
+
+    Args:
+      source: where they are from, for the error.
+      experiment: that they evolved in.
+
+    Raises:
+      RunError: it is a fit, or its environment is no `LeggedEnv`.
+    """
+    from mjxwalk.envs import LeggedEnv
+
+    check_walks(source, experiment)
+    env = getattr(experiment, "env", None)
+    if not isinstance(env, LeggedEnv):
+        raise RunError(
+            f"{source} has the environment {type(env).__name__}, which says nothing of its body; "
+            "derive it from mjxwalk.envs.LeggedEnv"
+        )
+
+
 def _check_run(path: Path) -> None:
     if path.is_dir() and not (path / config.FILE).exists():
         inside = sorted(str(each.parent) for each in path.glob(f"*/{config.FILE}"))

@@ -18,7 +18,7 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, draws, edge, vectors
 from mjxwalk.strategies.base import Ask, Genotype, Init, Population, ScalarLike
-from mjxwalk.strategies.metrics import FitnessSummary, best_fitness, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessSummary, of_fitness, summarise_fitness
 
 ISO_SIGMA = 0.01  # Vassiliades & Mouret (2018), section 4.2, sigma_1
 LINE_SIGMA = 0.2  # sigma_2 there
@@ -52,7 +52,7 @@ class MapElitesMetrics(NamedTuple):
     fitness: FitnessSummary
     num_filled: Int[Array, ""]
     archive_fitness: Float[Array, ""]
-    best_fitness = best_fitness
+    __getattr__ = of_fitness
 
 
 @runtime_checkable

@@ -24,12 +24,15 @@ class FitnessSummary(NamedTuple):
     num_nan: Int[Array, ""]
 
 
-def _best_fitness(metrics: Any) -> Float[Array, ""]:
-    return metrics.fitness.best_fitness
+def of_fitness(metrics: Any, name: str) -> Any:
+    """Returns a figure of the summary of fitness, for metrics that have it at hand.
 
-
-# What callers read most, at hand in every strategy's metrics.
-best_fitness = property(_best_fitness, doc="Highest finite fitness of the generation.")
+    Raises:
+      AttributeError: the summary has no such figure.
+    """
+    if name not in FitnessSummary._fields:
+        raise AttributeError(f"{type(metrics).__name__!r} object has no attribute {name!r}")
+    return getattr(metrics.fitness, name)
 
 
 class FitnessMetrics(NamedTuple):
@@ -40,7 +43,7 @@ class FitnessMetrics(NamedTuple):
     """
 
     fitness: FitnessSummary
-    best_fitness = best_fitness
+    __getattr__ = of_fitness
 
 
 class SearchMetrics(NamedTuple):
@@ -53,7 +56,7 @@ class SearchMetrics(NamedTuple):
 
     fitness: FitnessSummary
     sigma: Float[Array, ""]
-    best_fitness = best_fitness
+    __getattr__ = of_fitness
 
 
 def measure_search(fitness: Float[Array, " pop"], sigma: Float[Array, "*dim"]) -> SearchMetrics:

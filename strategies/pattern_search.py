@@ -21,7 +21,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.strategies import checks, draws, operators, prefixes
 from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
-from mjxwalk.strategies.metrics import FitnessSummary, best_fitness, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessSummary, of_fitness, summarise_fitness
 
 INITIAL_MESH = 1.0  # MATLAB's default, as the next two
 EXPANSION = 2.0
@@ -62,7 +62,7 @@ class PatternSearchMetrics(NamedTuple):
 
     fitness: FitnessSummary
     mesh: Float[Array, ""]
-    best_fitness = best_fitness
+    __getattr__ = of_fitness
 
 
 class _Settings(NamedTuple):

@@ -24,7 +24,7 @@ from mjxwalk.strategies import checks
 from mjxwalk.strategies.base import Genotype, IntTree, Population, Strategy, Tree
 from mjxwalk.strategies.evolving_masks import carry, one_of, with_evolving_masks
 from mjxwalk.strategies.links import count_links, prune_population
-from mjxwalk.strategies.metrics import FitnessSummary, best_fitness, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessSummary, of_fitness, summarise_fitness
 from mjxwalk.strategies.operators import Individual
 from mjxwalk.strategies.prefixes import check_links, match_links
 from mjxwalk.strategies.self_adaptive_ga import NUM_ELITES
@@ -75,7 +75,7 @@ class PruningMetrics(NamedTuple):
     mean_learning_rate: Float[Array, ""] | None
     mean_num_links: Float[Array, ""]
     num_pruned: Int[Array, ""]
-    best_fitness = best_fitness
+    __getattr__ = of_fitness
 
 
 @runtime_checkable

@@ -24,7 +24,7 @@ from mjxwalk.strategies.base import Genotype, Population, Strategy, Tree
 from mjxwalk.strategies.cma_es import advance as advance_full
 from mjxwalk.strategies.cma_es import cma_es
 from mjxwalk.strategies.evolution_paths import Rates, rates_of_start
-from mjxwalk.strategies.metrics import FitnessSummary, best_fitness, measure_search
+from mjxwalk.strategies.metrics import FitnessSummary, measure_search, of_fitness
 from mjxwalk.strategies.operators import best_first
 from mjxwalk.strategies.search_ends import has_ended, history_length
 from mjxwalk.strategies.sep_cma_es import advance as advance_separable
@@ -70,7 +70,7 @@ class RestartingMetrics(NamedTuple):
     sigma: Float[Array, ""]
     generation_size: Int[Array, ""]
     num_restarts: Int[Array, ""]
-    best_fitness = best_fitness
+    __getattr__ = of_fitness
 
 
 class _Settings(NamedTuple):

@@ -39,7 +39,7 @@ from mjxwalk.strategies.base import (
     Strategy,
     Tree,
 )
-from mjxwalk.strategies.metrics import FitnessSummary, best_fitness, summarise_fitness
+from mjxwalk.strategies.metrics import FitnessSummary, of_fitness, summarise_fitness
 from mjxwalk.strategies.operators import Individual
 from mjxwalk.strategies.self_adaptive_breeding import Breeding, breed, number_apart
 
@@ -84,7 +84,7 @@ class SelfAdaptiveGAMetrics(NamedTuple):
 
     fitness: FitnessSummary
     mean_learning_rate: Float[Array, ""]
-    best_fitness = best_fitness
+    __getattr__ = of_fitness
 
 
 class _Settings(NamedTuple):

@@ -67,6 +67,7 @@ class Export:
         walker = walkers.best(self.source)
         if isinstance(walker.experiment, Fitting) or not hasattr(walker.experiment, "controller"):
             raise RunError(f"{self.source} is no walker with body and controller to export")
+        walkers.check_has_anatomy(self.source, walker.experiment)
         written = self._written(walker, out)
         run = None if self.out or walkers.in_zoo(self.source) else Path(self.source)
         for path, content in written.items():

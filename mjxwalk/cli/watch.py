@@ -124,10 +124,11 @@ class Watch:
         """Writes the film, opens the window, and returns the exit code."""
         import jax
 
-        from mjxwalk import engines, video
+        from mjxwalk import engines, video, walkers
 
         engines.prepare()
         shown = self._on_ground(self._shown())
+        walkers.check_has_anatomy(self.source, shown.experiment)
         shot = video.Shot(
             experiment=shown.experiment,
             genotype=jax.tree.map(lambda leaf: leaf[0], shown.genotypes),

@@ -18,14 +18,16 @@ _MODULES = MappingProxyType(
 _registered: dict[str, Engine] = {}
 
 
-def register(name: str, engine: Engine) -> None:
+def register(name: str, engine: Any) -> None:
     """Makes an engine known in this process by a name.
 
     Raises:
-      ValueError: an engine has this name.
+      ValueError: an engine has this name, or this is no engine.
     """
     if name in names():
         raise ValueError(f"there is an engine named {name!r}; choose another name")
+    if not isinstance(engine, Engine):
+        raise ValueError(f"an engine has vmap and devices, and {engine!r} has not")
     _registered[name] = engine
 
 

@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk import forking
 from mjxwalk.engines.pinning import pinned
+from mjxwalk.errors import RunError, first_line
 from mjxwalk.evolution import memory
 from mjxwalk.evolution.elites import Elites, fittest
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
@@ -102,7 +103,12 @@ class Evolution:
             preparing = other.submit(self._prepare, template)
             strategy = _on_host(self._init(key_init, template))
             self._rehearse(strategy)
-            preparing.result()
+            try:
+                preparing.result()
+            except (TypeError, ValueError) as error:  # of a body and a controller that do not fit
+                raise RunError(
+                    f"the trials of this experiment cannot be computed: {first_line(error)}"
+                ) from error
         if inherited is not None and inherited.strategy:
             taken = self._take_over(strategy, inherited.strategy, inherited.elite_fitness)
             strategy = _on_host(taken)

@@ -118,8 +118,8 @@ class Experiment:
 
     @property
     def weight(self) -> float:
-        """Body weight, N."""
-        return self.env.weight
+        """Body weight, N; 1 of an environment that tells none."""
+        return getattr(self.env, "weight", 1.0)
 
     def template(self) -> Any:
         """Returns the genotype that generation 0 is drawn around."""
@@ -180,13 +180,17 @@ class Experiment:
 
     def first_roughness(self) -> float:
         """Returns the roughness of generation 1, m."""
-        return self.env.terrain.roughness if self.ramp is None else self.ramp.start
+        return self._roughness if self.ramp is None else self.ramp.start
 
     def next_roughness(self, roughness: float, fitness: Float[np.ndarray, " pop"]) -> float:
         """Returns the roughness of the generation after one of that roughness and fitness, m."""
         if self.ramp is None:
             return roughness
-        return self.ramp.after(roughness, fitness, self.env.terrain.roughness)
+        return self.ramp.after(roughness, fitness, self._roughness)
+
+    @property
+    def _roughness(self) -> float:
+        return getattr(getattr(self.env, "terrain", None), "roughness", 0.0)
 
     def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Trials:
         """Returns trials; on ground of the environment's own roughness if none is given, m.
@@ -194,7 +198,7 @@ class Experiment:
         Raises:
           RunError: they do not fit into memory.
         """
-        budget.check_grounds(self.env.terrain, num)
+        budget.check_grounds(getattr(self.env, "terrain", None), num)
         return self.env.sample_trials(key, num, roughness)
 
     def as_tested(self) -> "Experiment":
