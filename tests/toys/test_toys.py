@@ -25,7 +25,7 @@ TOY = Experiment(
     name="toy-biped",
     env=MjcfEnv(body=XML, terrain=RandomWalk(roughness=0.002), max_time=2.0),
     controller=ToyController(),
-    strategy=StrategyChoice(name="toy-hill-climber", options={"sigma": 0.3}),
+    strategy=StrategyChoice(name="toy-search", options={"sigma": 0.3}),
     population_size=16,
     generations=3,
     terrains_per_evaluation=2,
@@ -34,7 +34,7 @@ TOY = Experiment(
 
 @pytest.fixture(scope="module", autouse=True)
 def registered() -> Iterator[None]:
-    strategies.register("toy-hill-climber", toy_hill_climber)
+    strategies.register("toy-search", toy_hill_climber)
     experiments.register(TOY)
     yield
 
