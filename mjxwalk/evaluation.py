@@ -7,7 +7,7 @@ import numpy as np
 
 from mjxwalk import engines
 from mjxwalk.engines.pinning import pinned
-from mjxwalk.envs import TRIAL_AXES, Terrain, Trial, Trials
+from mjxwalk.envs import TRIAL_AXES, Trial, Trials
 from mjxwalk.rollout import Outcome
 
 # Terrains come in tables of a multiple of so many rows, so that engines, which compile for shapes,
@@ -54,7 +54,7 @@ class Evaluator:
           population: anything with the shapes and types of the genotypes.
           trials: anything with those of the trials.
         """
-        self._mapped.prepare(*_laid_out(population, trials, _shape))
+        self._mapped.prepare(*jax.eval_shape(_laid_out, population, trials))
 
     @pinned()
     def evaluate(self, population: Any, trials: Trials) -> Outcome:
@@ -75,36 +75,21 @@ class Evaluator:
             if len(sizes) != 1 or sizes & {(), (0,)}:
                 what = "genotypes" if name == "population" else "trials"
                 raise ValueError(f"{name} must have {what} in front of all leaves, got {shapes}")
-        outcome = self._mapped(*_laid_out(population, trials, _repeated))
+        outcome = self._mapped(*_laid_out(population, trials))
         return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, trials.num), outcome)
 
 
-def _laid_out(population: Any, trials: Trials, repeated: Any) -> tuple[Any, Trial]:
+def _laid_out(population: Any, trials: Trials) -> tuple[Any, Trial]:
     """Returns genotypes and trials of all walkers: every genotype in every trial.
 
-    Args:
-      population: genotypes, leaves [pop, ...].
-      trials: that each genotype is given.
-      repeated: from a leaf, and how often each of its rows comes in turn, and then all of them, to
-        the leaf repeated so.
+    It takes NumPy's arrays and traced ones alike.
     """
     num, size = trials.num, jax.tree.leaves(population)[0].shape[0]
-    rows = np.arange(size * num, dtype=np.int32) % num
-    table = np.zeros((_table_rows(num), *trials.heights.shape[1:]), np.float32)
-    if isinstance(trials.heights, np.ndarray):
-        table[:num] = trials.heights
-    start, load = jax.tree.map(lambda leaf: repeated(leaf, 1, size), (trials.start, trials.load))
-    ground = Terrain(table, rows)  # type: ignore[arg-type]
-    return jax.tree.map(lambda leaf: repeated(leaf, num, 1), population), Trial(ground, start, load)
-
-
-def _repeated(leaf: Any, each: int, all_of_them: int) -> Any:
-    return np.tile(np.repeat(leaf, each, 0), (all_of_them, *[1] * (leaf.ndim - 1)))
-
-
-def _shape(leaf: Any, each: int, all_of_them: int) -> Any:
-    shape = (leaf.shape[0] * each * all_of_them, *leaf.shape[1:])
-    return jax.ShapeDtypeStruct(shape, leaf.dtype)
+    walker = np.arange(size * num, dtype=np.int32)
+    # The rows that fill the table up are nobody's.
+    table = trials.heights[np.minimum(np.arange(_table_rows(num)), num - 1)].astype(np.float32)
+    given = trials._replace(heights=table).given(walker % num)
+    return jax.tree.map(lambda leaf: leaf[walker // num], population), given
 
 
 def _on_host(values: Any) -> np.ndarray:
