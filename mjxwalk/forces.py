@@ -38,7 +38,7 @@ def measure(
 
     Args:
       env: that the recording is of.
-      controller: likewise.
+      controller: that drove the walkers.
       genotype: of the one walker.
       given: the trials that all walkers were recorded in.
       recording: with memories.

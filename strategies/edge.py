@@ -62,7 +62,7 @@ def told(
       size: genotypes in a generation.
       key: random key.
       population: as the caller has it.
-      fitness: likewise.
+      fitness: as the caller has it.
       state: of the strategy.
 
     Raises:

@@ -45,7 +45,7 @@ class Gains(NamedTuple):
       offset: of the targets of hip, knee and ankle, rad.
       ankle: weights of each harmonic's angle and scaled rate in the ankle's target, rad.
       stiffness: logarithms of the factors on that of hip, knee and ankle.
-      damping: likewise.
+      damping: logarithms of the factors on that of hip, knee and ankle.
       posture: logarithms of the factors on the stance hip's answer to lean and its rate.
       reset: share of the way to a human's heel strike that the oscillators jump at a landing; below
         0 counts as 0, above 1 as 1.

@@ -23,7 +23,7 @@ class StudyConfig:
     Attributes:
       name: of the study.
       phases: name and experiment of each, first to last.
-      seed: of each phase, as in `Config`; likewise the next three.
+      seed: of each phase, as in `Config`, as are the next three settings.
       engine: as asked for.
       keep: newest checkpoints that stay of each phase.
       save_every: generations from one checkpoint to the next.

@@ -155,7 +155,7 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
         Args:
           num_envs: walkers.
           body: as for `WalkerEnv`.
-          env: likewise.
+          env: as for `WalkerEnv`.
           num_terrains: that they walk on; each trial takes one of them.
           render_mode: None, as many cannot be drawn.
 

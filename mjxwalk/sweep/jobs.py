@@ -66,7 +66,7 @@ class Executor(Protocol):
 
         Raises:
           OSError: it cannot be started.
-          RunError: likewise.
+          RunError: where it is to run cannot be reached.
         """
         ...
 

@@ -21,8 +21,8 @@ class Side(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
       name: of the engine, or "C MuJoCo".
       distance_m: of each trial.
-      fell: likewise.
-      duration_s: likewise.
+      fell: whether each trial ended by a fall.
+      duration_s: of each trial.
       distance_mean_m: over all trials.
       fall_rate: share of the trials.
       cost_of_transport: work over weight times distance of all trials; None if it got nowhere.
@@ -48,7 +48,8 @@ class Agreement(msgspec.Struct, frozen=True, kw_only=True):
       engine: its side.
       reference: C MuJoCo's.
       distance_apart: difference of the mean distances, as a share of the reference's.
-      trial_apart: median over the trials of the difference in distance, likewise.
+      trial_apart: median over the trials of the difference in distance, as a share of the
+        reference's mean.
       cost_apart: difference of the costs of transport, as a share; None if either has none.
       other_ends: trials that ended by a fall for one of them only.
       agrees: whether all of these are within their limits.

@@ -131,7 +131,7 @@ class Live:
 
         Raises:
           RunError: it cannot be read.
-          OSError: likewise.
+          OSError: the system does not let it be read.
         """
         from mjxwalk.player import page, recording, shown_walkers
         from mjxwalk.player.recording import Take
