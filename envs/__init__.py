@@ -5,11 +5,12 @@ from mjxwalk.envs.bodies import BODIES, Flame, Planar7, Reil
 from mjxwalk.envs.bodies.reil_state import HipTargets
 from mjxwalk.envs.bodies.reil_trials import TrialVariation
 from mjxwalk.envs.contact import ContactForce, SoftContact
+from mjxwalk.envs.fitness_terms import FitnessTerms
 from mjxwalk.envs.joint_stop import JointStop, StopTorque
 from mjxwalk.envs.legged import LeggedEnv
 from mjxwalk.envs.mjcf_env import MjcfEnv
 from mjxwalk.envs.motor import Action
-from mjxwalk.envs.observation import PlanarObservation, SpatialObservation
+from mjxwalk.envs.observation import BodyObservation, PlanarObservation, SpatialObservation
 from mjxwalk.envs.state import State
 from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.terrain import RandomWalk, Terrain
@@ -21,8 +22,10 @@ __all__ = [
     "TRIAL_AXES",
     "Action",
     "Anatomy",
+    "BodyObservation",
     "ContactForce",
     "Flame",
+    "FitnessTerms",
     "HipTargets",
     "JointStop",
     "LeggedEnv",

@@ -64,7 +64,8 @@ def refusing(doing: str) -> Generator[None]:
     try:
         yield
     except _REFUSALS as error:
-        raise ValueError(f"{doing}: {str(error) or type(error).__name__}") from None
+        said = " ".join(str(error).split())
+        raise ValueError(f"{doing}: {said or type(error).__name__}") from None
 
 
 def compiled(spec: Any) -> Any:

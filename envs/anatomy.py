@@ -4,6 +4,7 @@ Whoever shows, measures, films or exports a body reads its anatomy, so that no t
 name. It is derived from the compiled model and the few things that a file of ours does not say.
 """
 
+import re
 from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
@@ -16,6 +17,7 @@ Side = Literal["left", "right", "middle"]
 LEGS: tuple[Side, Side] = ("left", "right")
 SLIDE, HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
 KINDS: Mapping[int, Literal["slide", "hinge"]] = {SLIDE: "slide", HINGE: "hinge"}
+_SIDES = re.compile(r"(?i)(?<![a-z])(left|right|l|r)(?![a-z])|(left|right)")
 MIRROR = np.diag([1.0, -1.0, 1.0])  # left and right change places
 
 
@@ -89,24 +91,27 @@ class Motor(NamedTuple):
     Attributes:
       coordinate: its place.
       name: of the coordinate.
-      law: "torque" of a motor that gives what `Action` asks for, "velocity" of one that goes to a
-        desired angle as fast and as strongly as it can.
+      law: "torque" of a motor that gives what `Action` asks for, "position" of one that a policy
+        gives a target, "velocity" of one that goes to a desired angle as fast and as strongly as it
+        can.
       lowest: torque that it can give at least, N m; minus infinity where it is not limited.
       highest: torque that it can give at most, N m; infinity where it is not limited.
-      strength: torque, N m, or for the law "velocity" angle, rad, for an action of 1 where a policy
-        has to act by numbers from -1 to 1.
+      strength: torque, N m, or for other laws angle, rad, for an action of 1 where a policy has to
+        act by numbers from -1 to 1.
       centre: what an action of 0 asks for there.
       damping: that such policies get beside their torque, N m s/rad.
+      stiffness: of the law "position", N m/rad.
     """
 
     coordinate: int
     name: str
-    law: Literal["torque", "velocity"]
+    law: Literal["torque", "position", "velocity"]
     lowest: float
     highest: float
     strength: float
     centre: float
     damping: float
+    stiffness: float = 0.0
 
 
 class ContactPoint(NamedTuple):
@@ -128,13 +133,23 @@ class ContactPoint(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """A leg, and the places of its coordinates by role, None where it has none of the role."""
+    """A leg, and the places of its coordinates by role, None where it has none of the role.
+
+    Attributes:
+      side: of it.
+      foot: name of its last body.
+      hip: bends the whole leg forward and backward.
+      knee: bends what is below it.
+      ankle: bends the foot.
+      bodies: that touch the ground; () where the foot alone does.
+    """
 
     side: Side
     foot: str
     hip: int | None
     knee: int | None
     ankle: int | None
+    bodies: tuple[str, ...] = ()
 
 
 class Sense(NamedTuple):
@@ -164,7 +179,7 @@ class Anatomy(NamedTuple):
       torso: name of the body that the root's joints move.
       motors: in the order of an action.
       points: where it touches the ground, in the order of `State.touching`.
-      legs: left, then right.
+      legs: left, then right; of more than two, pairs from front to hind.
       senses: what is sensed, in order.
     """
 
@@ -225,18 +240,24 @@ class Anatomy(NamedTuple):
 
     def points_of(self, leg: Leg) -> list[int]:
         """Returns the places of a foot's contact points."""
-        return [place for place, point in enumerate(self.points) if point.body == leg.foot]
+        bodies = leg.bodies or (leg.foot,)
+        return [place for place, point in enumerate(self.points) if point.body in bodies]
 
 
 def side_of(name: str) -> Side:
-    """Returns the side that a name ends with."""
-    ending = name.rpartition("_")[2]
-    return "left" if ending == "left" else "right" if ending == "right" else "middle"
+    """Returns the side that a name speaks of: left, right, l or r as a word of it."""
+    sides = {(first or second)[0].lower() for first, second in _SIDES.findall(_words(name))}
+    return "left" if sides == {"l"} else "right" if sides == {"r"} else "middle"
 
 
 def without_side(name: str) -> str:
-    """Returns a name without the side that it ends with."""
-    return name.removesuffix("_left").removesuffix("_right")
+    """Returns a name without the words for its side."""
+    return re.sub(r"[_\-. ]+", "_", _SIDES.sub("", _words(name))).strip("_")
+
+
+def _words(name: str) -> str:
+    """Returns a name in which a capital letter begins a word: RightFoot is Right_Foot."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
 
 
 def anatomy_of(env: object) -> Anatomy | None:

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from mjxwalk.envs._mujoco import mjx, mujoco
+from mjxwalk.envs.anatomy import SLIDE
 from mjxwalk.envs.dynamics import Model
 
 X, Y, Z = np.eye(3)
@@ -80,8 +81,8 @@ def forward(
     Spatial vectors refer to the root's origin, which `subtree_com` says too.
 
     Args:
-      model: a tree with a free root and hinges about its bodies' axes, none of which is turned.
-      angles: of the hinges, rad.
+      model: a tree with a free root, and hinges and slides elsewhere.
+      angles: of the hinges, rad, and of the slides, m.
       qvel: the root's velocity and angular velocity in its axes, then the hinges' rates.
       gravity: in the root's axes, m/s^2.
     """
@@ -124,12 +125,21 @@ def _place(
     for body in range(2, m.nbody):
         parent = m.body_parentid[body]
         place = places[parent] + _along(frames[parent], m.body_pos[body])
-        frame = frames[parent]
+        frame = _fixed(frames[parent], m.body_quat[body])
         first = m.body_jntadr[body]
         for joint in range(first, first + m.body_jntnum[body]):
-            axis = _along(frame, m.jnt_axis[joint])
-            motions.append(jnp.concatenate([axis, jnp.cross(place, axis)])[None])
-            frame = _turned(frame, m.jnt_axis[joint], angles[joint - 1])
+            axis, moved = _along(frame, m.jnt_axis[joint]), angles[joint - 1]
+            if m.qpos0[m.jnt_qposadr[joint]]:
+                moved = moved - float(m.qpos0[m.jnt_qposadr[joint]])
+            if int(m.jnt_type[joint]) == SLIDE:
+                motions.append(jnp.concatenate([jnp.zeros(3), axis])[None])
+                place = place + moved * axis
+                continue
+            anchor = place + _along(frame, m.jnt_pos[joint])
+            motions.append(jnp.concatenate([axis, jnp.cross(anchor, axis)])[None])
+            frame = _turned(frame, m.jnt_axis[joint], moved)
+            if m.jnt_pos[joint].any():
+                place = anchor - _along(frame, m.jnt_pos[joint])
         places.append(place)
         frames.append(frame)
     xmat = jnp.stack([jnp.stack(frame, axis=1) for frame in frames])
@@ -175,12 +185,32 @@ def _along(frame: Frame, vector: Float[np.ndarray, "3"]) -> Float[Array, "3"]:
     )
 
 
+def _fixed(frame: Frame, quat: Float[np.ndarray, "4"]) -> Frame:
+    """Returns the axes of a body that is turned in its parent by a constant quaternion."""
+    if abs(quat[0]) == 1.0:
+        return frame
+    x, y, z = (_along(frame, axis) for axis in _turn(quat).T)
+    return x, y, z
+
+
 def _turned(frame: Frame, axis: Float[np.ndarray, "3"], angle: Float[Array, ""]) -> Frame:
-    """Returns the axes turned about one of themselves, or about its opposite."""
+    """Returns the axes turned about a unit vector in them."""
+    sine, cosine = jnp.sin(angle), jnp.cos(angle)
     turned = int(np.argmax(np.abs(axis)))
-    first, second = (turned + 1) % 3, (turned + 2) % 3
-    sine, cosine = float(axis[turned]) * jnp.sin(angle), jnp.cos(angle)
-    axes = list(frame)
-    axes[first] = cosine * frame[first] + sine * frame[second]
-    axes[second] = cosine * frame[second] - sine * frame[first]
-    return axes[0], axes[1], axes[2]
+    if abs(axis[turned]) == 1.0:  # one of the axes, or its opposite
+        first, second = (turned + 1) % 3, (turned + 2) % 3
+        sine = float(axis[turned]) * sine
+        axes = list(frame)
+        axes[first] = cosine * frame[first] + sine * frame[second]
+        axes[second] = cosine * frame[second] - sine * frame[first]
+        return axes[0], axes[1], axes[2]
+    # Rodrigues: what lies along the axis stays, what is across it turns.
+    along = _along(frame, axis)
+
+    def turn(own: int) -> Array:
+        unit = np.eye(3)[own]
+        across = _along(frame, unit - axis[own] * axis)
+        ahead = _along(frame, np.cross(axis, unit))
+        return float(axis[own]) * along + cosine * across + sine * ahead
+
+    return turn(0), turn(1), turn(2)

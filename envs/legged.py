@@ -84,11 +84,12 @@ class LeggedEnv(LeggedBody):
     def step(self, state: State, action: Any, given: Trial) -> State:
         """Returns the walker one physics step later, and whether its trial is over.
 
-        The action is that of the motors, in the anatomy's order. What they give counts as cost and
-        work; joint stops and springs are no motors.
+        The action is that of the motors, in the anatomy's order, or a number from -1 to 1 for each
+        of them. What they give counts as cost and work; joint stops and springs are no motors.
         """
         tree, driven = self._tree, self.anatomy.driven
         self._check_action(action)
+        action = self._full(action)
         now, contact, loads = self._seen(state, given)
         moving = self.drive(state, action, now, loads)
         qacc = tree.accelerations(state, now, moving.acceleration)
@@ -146,7 +147,7 @@ class LeggedEnv(LeggedBody):
     def motor_torques(self, state: State, action: Any, given: Trial) -> Float[Array, " motor"]:
         """Returns what the motors give in this state, N m; the step may change it."""
         del given
-        motors = self.anatomy.driven
+        motors, action = self.anatomy.driven, self._full(action)
         angle, rate = state.qpos[motors], state.qvel[motors]
         return motor.driven(action, angle, rate, self.limits, ahead=0.0).torque
 
@@ -202,6 +203,10 @@ class LeggedEnv(LeggedBody):
         soil = Soil(self.terrain, given.ground, self.contact, self.timestep, self.implicit)
         contact, loads = tree.touch(state, now, soil)
         return now, contact, {**loads, **self.carried(state, now, given)}
+
+    def _full(self, action: Any) -> Any:
+        """Returns the action that numbers from -1 to 1 stand for; others as they are."""
+        return action if isinstance(action, tuple) else self.scaled_action(action)
 
     def _check_action(self, action: Any) -> None:
         """Raises ValueError unless an action has a number for each motor."""

@@ -1,38 +1,56 @@
-"""Any biped of a MJCF file, with settings alone: no code knows the body."""
+"""Any legged body of a MJCF file, with settings alone: no code knows the body."""
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
 
-from mjxwalk.envs import body_file, checks, dynamics, mjcf_body
+from mjxwalk.envs import checks, dynamics, floating, mjcf_anatomy, mjcf_motors, mjcf_tree
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import SoftContact
+from mjxwalk.envs.fitness_terms import FitnessTerms
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.legged import LeggedEnv
 from mjxwalk.envs.legged_body import Sprung
-from mjxwalk.envs.observation import PlanarObservation, SpatialObservation
+from mjxwalk.envs.motor import Action, Springs
+from mjxwalk.envs.observation import BodyObservation
 from mjxwalk.envs.state import State
 from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.trial import Trial, TrialState
+
+# ours: shares of a body's weight, of the height of its root, and of the time that a fall from there
+# takes, over the square root of two. Each is what let the first few bodies walk.
+SINK = 0.004  # of four points of the feet that carry it, in heights
+STOP_STIFFNESS = 4.0  # of joints' limits, in weights times heights a rad
+STOP_TIME = 0.04  # of their damping over their stiffness
+STEP = 0.006  # of the physics
+SPEED = 0.25  # that is wanted
+LEAST_SPEED = 0.08  # below which a walker falls behind
+FLIGHT = 0.3  # without ground contact
+FINEST, COARSEST = 0.0005, 0.002  # s; of the physics
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class MjcfEnv(LeggedEnv):
     """The body of a file, its ground, and the rules of a trial.
 
-    What all bodies have is in `LeggedEnv`; what a file has to hold is in `mjcf_body.py`.
+    What all bodies have is in `LeggedEnv`; what a file says is in `mjcf_tree.py` and its neighbours.
 
     Attributes:
-      body: MJCF.
-      start_angles: of the joints by name at the start, rad; the others are zero.
+      body: MJCF, in itself complete.
+      start_angles: of the joints by name at the start, rad; of others the file says them.
+      acting: what a policy's numbers from -1 to 1 are: "target" of joints about where they start,
+        held by stiffness and damping, or "torque".
       min_height: of the root over the ground, as a share of that at the start; under it the walker
         has fallen.
       max_pitch: of the torso, rad; beyond it the walker has fallen.
       max_roll: of the torso, rad; beyond it the walker has fallen.
       max_yaw: of the torso, rad; beyond it the walker has fallen.
       joint_stop: law of the joints' limits.
+      terms: what a walker is worth.
     """
 
     body: str = dataclasses.field(repr=False)
@@ -43,11 +61,13 @@ class MjcfEnv(LeggedEnv):
     start_angles: Mapping[str, float] = dataclasses.field(
         default_factory=dict[str, float], hash=False
     )
+    acting: Literal["target", "torque"] = "target"
+    terms: FitnessTerms = FitnessTerms()
     timestep: float = 0.001  # ours
     min_height: float = 0.75  # ours: a lower one lets crouchers win
-    max_pitch: float = 1.0  # ours
-    max_roll: float = 1.0  # ours
-    max_yaw: float = 1.2  # ours: a walker that turns away from x does not come far
+    max_pitch: float = 0.8  # ours
+    max_roll: float = 0.8  # ours
+    max_yaw: float = 1.0  # ours: a walker that turns away from x does not come far
     max_flight_time: float = 0.1  # ours: a walker that flies does not walk
     min_speed: float = 0.1  # ours: far below any gait
     max_lag: float = 1.0  # ours: 10 s to set off
@@ -56,23 +76,60 @@ class MjcfEnv(LeggedEnv):
 
     def __post_init__(self) -> None:
         checks.positive(self, "min_height", "max_pitch", "max_roll", "max_yaw")
+        if self.acting not in ("target", "torque"):
+            raise ValueError(f'acting must be "target" or "torque", got "{self.acting}"')
         super().__post_init__()
-        _ = self._stance  # refuses a file that is no body
+        _ = self._stance, self.anatomy  # refuses a file that is no body
+
+    @classmethod
+    def of(cls, text: str, **settings: Any) -> "MjcfEnv":
+        """Returns the environment of a body, its settings derived from weight and size.
+
+        Args:
+          text: MJCF, in itself complete.
+          settings: that are known already.
+
+        Raises:
+          ValueError: the text is no body that can be simulated, or a setting is wrong.
+        """
+        found = mjcf_anatomy.stance(text)
+        height, weight, time = found.height, found.weight, found.time
+        stiffness = weight / (4 * SINK * height)
+        mass = weight / mjcf_anatomy.GRAVITY
+        stop = STOP_STIFFNESS * weight * height
+        pace = height / time
+        derived = {
+            "contact": SoftContact(
+                stiffness=_rounded(stiffness),
+                damping=_rounded(np.sqrt(stiffness * mass / 4)),
+                friction=0.8,
+            ),
+            "joint_stop": JointStop(
+                stiffness=_rounded(stop), damping=_rounded(STOP_TIME * time * stop)
+            ),
+            "timestep": float(np.clip(_rounded(STEP * time, 1), FINEST, COARSEST)),
+            "max_flight_time": _rounded(FLIGHT * time),
+            "min_speed": _rounded(LEAST_SPEED * pace),
+            "max_lag": _rounded(height),
+            "terms": FitnessTerms(speed=_rounded(SPEED * pace)),
+        }
+        return cls(body=text, **{**derived, **settings})
 
     @property
     def model(self) -> dynamics.Model:
-        return mjcf_body.hinged_model(self.body)
+        return mjcf_tree.of_text(self.body).hinged
 
     @property
     def floating(self) -> dynamics.Model | None:
-        return mjcf_body.floating_model(self.body)
+        return mjcf_tree.of_text(self.body).floating
 
     @property
     def anatomy(self) -> Anatomy:
-        return mjcf_body.anatomy(self.body)
+        return mjcf_anatomy.anatomy(self.body, self.acting)
 
     def spec(self) -> Any:
-        return body_file.read(self.body)
+        tree = mjcf_tree.of_text(self.body)
+        return mjcf_motors.add(tree.spec.copy(), tree)
 
     @property
     def stop_law(self) -> JointStop:
@@ -80,7 +137,17 @@ class MjcfEnv(LeggedEnv):
 
     @property
     def springs(self) -> Sprung | None:
-        return mjcf_body.springs(self.body)
+        tree = mjcf_tree.of_text(self.body)
+        model = tree.source.model
+        joints = [each.joint for each in tree.joints]
+        dofs = [int(model.jnt_dofadr[joint]) for joint in joints]
+        stiffness = np.array([model.jnt_stiffness[joint] for joint in joints], np.float32)
+        rest = [model.qpos_spring[int(model.jnt_qposadr[joint])] for joint in joints]
+        damping = np.array(model.dof_damping[dofs], np.float32)
+        if not stiffness.any() and not damping.any():
+            return None
+        places = np.arange(len(joints))
+        return Sprung(places, Springs(stiffness, np.array(rest, np.float32), damping))
 
     @property
     def max_tilt(self) -> dict[str, float]:
@@ -90,7 +157,12 @@ class MjcfEnv(LeggedEnv):
 
     @property
     def lowest_hips(self) -> float:
-        return self.min_height * float(self._stance.qpos[self.anatomy.root.height])
+        return self.min_height * self._stance.height
+
+    @property
+    def leg_length(self) -> float:
+        """From the root to the lowest point of the feet as it stands at the start, m."""
+        return self._stance.height
 
     def start(self, given: Trial, /) -> State:
         """Returns a walker at rest, its lowest points as deep as its weight presses them."""
@@ -106,31 +178,99 @@ class MjcfEnv(LeggedEnv):
             touching=jnp.asarray(stance.touching),
             ankle_x=jnp.asarray(stance.ankle_x),
             trial=TrialState.begin(),
+            own=self.terms.begin(len(self.anatomy.motors)),
         )
 
-    def sense(self, state: State, /) -> PlanarObservation | SpatialObservation:
+    def sense(self, state: State, /) -> BodyObservation:
         """Returns what the walker senses."""
-        anatomy, root = self.anatomy, self.anatomy.root
-        of_legs = {
-            "time": state.trial.num_steps * self.timestep,
-            "angle": state.qpos[root.num :].reshape(2, -1),
-            "rate": state.qvel[root.num :].reshape(2, -1),
-            "contact": jnp.stack(
-                [jnp.any(state.touching[jnp.array(anatomy.points_of(leg))]) for leg in anatomy.legs]
-            ),
-            "ankle_x": state.ankle_x,
-        }
+        root = self.anatomy.root
         if root.is_planar:
-            pitch, rate = state.qpos[root.pitch], state.qvel[root.pitch]
-            return PlanarObservation(pitch=pitch, pitch_rate=rate, **of_legs)
-        return SpatialObservation(
-            torso=state.qpos[3:6],
-            torso_rate=state.qvel[3:6],
-            adduction=None,
-            adduction_rate=None,
-            **of_legs,
+            pitch = state.qpos[root.pitch]
+            sine, cosine = jnp.sin(pitch), jnp.cos(pitch)
+            x, z = state.qvel[:2]
+            up = jnp.stack([-sine, cosine])
+            turning = state.qvel[root.pitch : root.num]
+            velocity = jnp.stack([cosine * x - sine * z, sine * x + cosine * z])
+            heading = jnp.zeros(0)
+        else:
+            axes = floating.rotation(state.qpos[3:6])
+            up, velocity = axes[2], state.qvel[:3] @ axes
+            turning = floating.spin(state.qpos[3:6], state.qvel[3:6])
+            heading = state.qpos[3:4]
+        return BodyObservation(
+            time=state.trial.num_steps * self.timestep,
+            up=up,
+            turning=turning,
+            velocity=velocity,
+            heading=heading,
+            angle=state.qpos[root.num :],
+            rate=state.qvel[root.num :],
+            contact=self._standing(state),
+            ankle_x=state.ankle_x,
+        )
+
+    def fitness(self, state: State, /) -> Float[Array, ""]:
+        """Returns what the terms come to."""
+        terms, trial, root = self.terms, state.trial, self.anatomy.root
+        seconds = trial.num_steps * self.timestep
+        far = state.qpos[root.forward]
+        if terms.speed:
+            far = jnp.minimum(far, terms.speed * seconds)
+        usual = self.weight * self._stance.height
+        worth = terms.distance * far + terms.alive * seconds
+        if root.sideways is not None:
+            worth += terms.drift * jnp.abs(state.qpos[root.sideways])
+        worth += terms.work * trial.work / usual + terms.torque * trial.torque_cost / usual
+        tally = state.own
+        counted = (
+            (terms.upright, tally.tilt),
+            (terms.heading, tally.heading),
+            (terms.tracking, tally.off_speed),
+            (terms.action_rate, tally.action_rate),
+        )
+        for weight, value in counted:
+            if value is not None:
+                worth += weight * value
+        return worth
+
+    def carry_on(self, state: State, moved: State, now: Any, action: Any, given: Trial) -> Any:
+        """Returns what the terms have counted after a step."""
+        del moved, now, given
+        if not any(part is not None for part in state.own):
+            return state.own
+        strength = np.array([each.strength for each in self.anatomy.motors], np.float32)
+        asked = (action.target + action.torque) / strength
+        return self.terms.count(state.own, self.sense(state), asked, seconds=self.timestep)
+
+    def scaled_action(self, values: Float[Array, " motor"], /) -> Action:
+        """Returns the action of numbers from -1 to 1, one for each motor."""
+        motors = self.anatomy.motors
+        strength, centre, damping, stiffness = (
+            jnp.asarray(np.array([getattr(each, name) for each in motors], np.float32))
+            for name in ("strength", "centre", "damping", "stiffness")
+        )
+        asked = strength * jnp.clip(values, -1.0, 1.0)
+        nothing = jnp.zeros_like(values)
+        if self.acting == "torque":
+            return Action(asked, nothing, nothing, damping)
+        ends = [self.anatomy.coordinates[each.coordinate] for each in motors]
+        lower, upper = (
+            np.array([getattr(each, end) for each in ends], np.float32)
+            for end in ("lower", "upper")
+        )
+        return Action(nothing, jnp.clip(centre + asked, lower, upper), stiffness, damping)
+
+    def _standing(self, state: State) -> Bool[Array, " leg"]:
+        anatomy = self.anatomy
+        return jnp.stack(
+            [jnp.any(state.touching[np.array(anatomy.points_of(leg))]) for leg in anatomy.legs]
         )
 
     @property
-    def _stance(self) -> mjcf_body.Stance:
-        return mjcf_body.stance(self.body, tuple(sorted(self.start_angles.items())))
+    def _stance(self) -> mjcf_anatomy.Stance:
+        return mjcf_anatomy.stance(self.body, tuple(sorted(self.start_angles.items())))
+
+
+def _rounded(value: float, digits: int = 2) -> float:
+    """Returns a number with so many digits, so that settings are read easily."""
+    return float(f"{value:.{digits}g}")

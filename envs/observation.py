@@ -5,6 +5,32 @@ from typing import NamedTuple
 from jaxtyping import Array, Bool, Float
 
 
+class BodyObservation(NamedTuple):
+    """What a walker of any body senses; see the senses of its anatomy for the order.
+
+    Attributes:
+      time: since the start, s.
+      up: the vertical of the world in the axes of the torso; x and z in the plane.
+      turning: angular velocity of the torso in its axes, rad/s; about y alone in the plane.
+      velocity: of the origin of the torso in its axes, m/s; x and z in the plane.
+      heading: how far the torso is turned to the left, rad; nothing in the plane.
+      angle: of each joint, rad.
+      rate: of each joint, rad/s.
+      contact: whether each foot touches the ground.
+      ankle_x: how far the origin of each foot is ahead of that of the torso, m.
+    """
+
+    time: Float[Array, ""]
+    up: Float[Array, " axis"]
+    turning: Float[Array, " turn"]
+    velocity: Float[Array, " axis"]
+    heading: Float[Array, " heading"]
+    angle: Float[Array, " joint"]
+    rate: Float[Array, " joint"]
+    contact: Bool[Array, " leg"]
+    ankle_x: Float[Array, " leg"]
+
+
 class PlanarObservation(NamedTuple):
     """What a walker in the plane senses; legs in the order left, right.
 

@@ -60,6 +60,11 @@ class Controller(abc.ABC):
     def act(self, genotype: Any, memory: Any, observation: Any, /) -> tuple[Any, Any]:
         """Returns the new memory and the motors' action."""
 
+    def on(self, env: Any) -> "Controller":
+        """Returns the controller for an environment, told what it has to know of the body."""
+        del env
+        return self
+
     def init(self, genotype: Any, /) -> Any:
         """Returns the memory at the start of a trial, a pytree; nothing is remembered."""
         del genotype

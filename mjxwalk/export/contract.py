@@ -18,6 +18,10 @@ LAWS = {  # what motors make of what controllers give, and its fields with their
         "each motor gives torque + stiffness * (target - angle) - damping * rate",
         (("torque", "N m"), ("target", "rad"), ("stiffness", "N m/rad"), ("damping", "N m s/rad")),
     ),
+    "position": (
+        "each motor gives torque + stiffness * (target - angle) - damping * rate",
+        (("torque", "N m"), ("target", "rad"), ("stiffness", "N m/rad"), ("damping", "N m s/rad")),
+    ),
     "velocity": (
         "each motor turns its joint towards the target, as fast and as strongly as it can",
         (("target", "rad"),),

@@ -14,7 +14,7 @@ from toys.toy_strategy import toy_hill_climber
 
 from mjxwalk import cli, experiments, runs, strategies
 from mjxwalk.analysis import sticks
-from mjxwalk.envs import MjcfEnv, RandomWalk
+from mjxwalk.envs import Action, MjcfEnv, RandomWalk
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
 from mjxwalk.gym.mjx_env import MjxEnv
@@ -122,7 +122,7 @@ def test_falls_as_in_c_mujoco() -> None:
     model.opt.timestep = env.timestep
     step = jax.jit(env.step)
     for _ in range(100):
-        state = step(state, env.scaled_action(jnp.zeros(4)), given)
+        state = step(state, Action(*[jnp.zeros(4)] * 4), given)
         mujoco.mj_step(model, data)
     np.testing.assert_allclose(state.qpos, data.qpos, atol=2e-3)
 

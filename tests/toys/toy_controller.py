@@ -26,7 +26,7 @@ class ToyController(Controller):
 
     def act(self, genotype: Any, memory: Any, observation: Any, /) -> tuple[Any, Action]:
         """Returns no memory, and the torques."""
-        lean = observation.torso[1:], observation.torso_rate[1:2]
+        lean = observation.up[:2], observation.turning[1:2]
         senses = jnp.concatenate([*lean, observation.contact, jnp.ones(1)])
         torque = self.strength * jnp.tanh(genotype["weights"] @ senses)
         nothing = jnp.zeros(4)
