@@ -24,6 +24,12 @@ KINDS = {
 }
 # s; ours: of the step in <option>, which is not the one that is taken but is to be one
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 1.0
+# Flags of MuJoCo's solver that mean something to the engines.
+_ALWAYS = tuple(
+    f"mjDSBL_{name}"
+    for name in ("GRAVITY", "ACTUATION", "SPRING", "DAMPER", "FRICTIONLOSS", "CLAMPCTRL")
+)
+_NEVER = ("mjENBL_OVERRIDE",)
 
 
 def read(text: str) -> Any:
@@ -81,7 +87,24 @@ def check_world(model: Any, contract: Contract) -> None:
     """Raises ValueError unless what is not of the tree can be simulated."""
     for equality in range(model.neq):
         _check_equality(model, equality, contract)
+    for tendon in range(model.ntendon):
+        name = model.tendon(tendon).name or f"number {tendon}"
+        raise ValueError(f"has the tendon {name}, and the engines have none; remove it")
+    for pair in range(model.npair):
+        one, two = (
+            model.geom(int(geom[pair])).name for geom in (model.pair_geom1, model.pair_geom2)
+        )
+        raise ValueError(
+            f"has a <pair> by which the geoms {one} and {two} would collide, and here only sites "
+            "touch the ground; remove it"
+        )
+    for key in range(model.nkey):
+        name = model.key(key).name or f"number {key}"
+        raise ValueError(
+            f"has the keyframe {name}, and a trial puts the body on the ground by itself; remove it"
+        )
     option = model.opt
+    _check_flags(option)
     if not SHORTEST_STEP <= option.timestep <= LONGEST_STEP:
         raise ValueError(
             f"has timestep {option.timestep:g} in <option>; leave it out, as walkers take steps of "
@@ -100,8 +123,6 @@ def check_world(model: Any, contract: Contract) -> None:
         )
     if option.density or option.viscosity or np.any(option.wind):
         raise ValueError("has air or water (density, viscosity, wind); leave them out of <option>")
-    if int(option.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY):
-        raise ValueError("disables gravity; leave that flag out")
     for geom in range(model.ngeom):
         if model.geom_bodyid[geom] and (model.geom_contype[geom] or model.geom_conaffinity[geom]):
             name = model.geom(geom).name or f"number {geom}"
@@ -110,6 +131,18 @@ def check_world(model: Any, contract: Contract) -> None:
                 f"and here only the sites {', '.join(dict(contract.sites))} touch the ground; set "
                 'contype="0" conaffinity="0", for all in <default><geom .../></default>'
             )
+
+
+def _check_flags(option: Any) -> None:
+    """Raises ValueError if the file turns off or on what the engines always, or never, have."""
+    for kinds, bits, names, word in (
+        (mujoco.mjtDisableBit, option.disableflags, _ALWAYS, "disables"),
+        (mujoco.mjtEnableBit, option.enableflags, _NEVER, "enables"),
+    ):
+        for name in names:
+            if int(bits) & int(getattr(kinds, name)):
+                flag = name.partition("_")[2].lower()
+                raise ValueError(f"{word} {flag}; leave that flag out of <option>")
 
 
 def _check_equality(model: Any, equality: int, contract: Contract) -> None:

@@ -26,6 +26,7 @@ def check_joints(model: Any, contract: Contract) -> None:
             "a stiffness that is no number": np.any(model.jnt_stiffnesspoly[joint]),
             "a damping that is no number": np.any(model.dof_dampingpoly[dof]),
             "ref": model.qpos0[model.jnt_qposadr[joint]],
+            "actuatorgravcomp": model.jnt_actgravcomp[joint],
         }
         if name in root:
             unknown |= {

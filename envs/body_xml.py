@@ -17,18 +17,31 @@ MOST_DEPTH = 100  # elements inside each other; ours: our bodies have ten
 LARGEST = 1e10  # MuJoCo's mjMAXVAL, beyond which it takes a simulation to be unstable
 
 _PLACE = "pos quat axisangle xyaxes zaxis euler"
-_MOTOR = "name class group joint gear ctrllimited ctrlrange forcelimited forcerange"
+_MOTOR = (
+    "name class group joint jointinparent tendon site refsite cranksite slidersite body "
+    "cranklength gear ctrllimited ctrlrange forcelimited forcerange damping armature"
+)
+_CONSTRAINT = "name class active solref solimp"
+_TENDON = (
+    "name class group limited range margin actuatorfrclimited actuatorfrcrange springlength "
+    "stiffness damping frictionloss armature solreflimit solimplimit solreffriction solimpfriction"
+)
 # Elements, and the attributes that each may have wherever MuJoCo has it. What is not here is
-# refused: what opens files or runs plugins, what repeats its content or reserves as much memory as
-# a number says, and what the engines do not simulate.
+# refused: what opens files or runs plugins, and what repeats its content or reserves as much memory
+# as a number says. What an engine does not simulate is refused where a body is made for it.
 ALLOWED: Mapping[str, frozenset[str]] = {
     name: frozenset(attributes.split())
     for name, attributes in {
         "mujoco": "model",
         "compiler": "angle autolimits balanceinertia boundinertia boundmass coordinate eulerseq "
         "fitaabb inertiafromgeom inertiagrouprange settotalmass",
-        "option": "timestep gravity wind density viscosity integrator jacobian cone solver",
-        "flag": "contact constraint equality limit gravity eulerdamp filterparent warmstart",
+        "option": "timestep gravity wind density viscosity integrator jacobian cone solver "
+        "impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance iterations ls_iterations "
+        "noslip_iterations ccd_iterations actuatorgroupdisable o_margin o_solref o_solimp "
+        "o_friction",
+        "flag": "actuation autoreset clampctrl constraint contact damper diagexact energy equality "
+        "eulerdamp filterparent frictionloss fwdinv gravity invdiscrete island limit midphase "
+        "multiccd nativeccd override refsafe sensor sleep spring warmstart",
         "statistic": "center extent meaninertia meanmass meansize",
         "default": "class",
         "custom": "",
@@ -42,45 +55,62 @@ ALLOWED: Mapping[str, frozenset[str]] = {
         "inertial": f"mass diaginertia fullinertia {_PLACE}",
         "joint": "name class type group pos axis range limited damping stiffness springref ref "
         "springdamper armature frictionloss margin actuatorfrclimited actuatorfrcrange "
-        "solreflimit solimplimit solreffriction solimpfriction "
-        "joint1 joint2 polycoef active solref solimp",  # the last row is of an equality
+        "actuatorgravcomp solreflimit solimplimit solreffriction solimpfriction "
+        "joint1 joint2 polycoef active solref solimp "  # of an equality
+        "joint coef",  # of a fixed tendon
         "freejoint": "name group",
         "geom": "name class type group size fromto mass density rgba material mesh contype "
         "conaffinity condim friction margin gap priority shellinertia solmix solref solimp "
+        "fluidshape fluidcoef adhesion surfacevel geom sidesite "  # the last two are of a tendon
         f"{_PLACE}",
-        "site": f"name class type group size fromto rgba material {_PLACE}",
+        "site": f"name class type group size fromto rgba material site {_PLACE}",
         "camera": f"name class mode target fovy ipd {_PLACE}",
         "light": "name class mode target type directional castshadow active pos dir attenuation "
         "cutoff exponent ambient diffuse specular",
         "contact": "",
         "exclude": "name body1 body2",
+        "pair": "name class geom1 geom2 condim friction solref solreffriction solimp margin gap "
+        "adhesion",
         "equality": "",
+        "connect": f"{_CONSTRAINT} body1 body2 anchor site1 site2",
+        "weld": f"{_CONSTRAINT} body1 body2 anchor relpose torquescale site1 site2",
+        "tendon": f"{_CONSTRAINT} tendon1 tendon2 polycoef",  # of an equality
+        "fixed": _TENDON,
+        "spatial": f"{_TENDON} width rgba",
+        "pulley": "divisor",
         "actuator": "",
         "motor": _MOTOR,
-        "general": f"{_MOTOR} dyntype gaintype biastype dynprm gainprm biasprm",
+        "position": f"{_MOTOR} kp kv dampratio timeconst inheritrange",
+        "velocity": f"{_MOTOR} kv",
+        "general": f"{_MOTOR} dyntype gaintype biastype dynprm gainprm biasprm actlimited actrange "
+        "actearly lengthrange",
+        "keyframe": "",
+        "key": "name time qpos qvel act ctrl",
     }.items()
 }
 _ONE_TEXT = "a run keeps the text of one file only"
-_PLAIN = "write <motor joint=.../>, as controllers give torques"
 # What whoever writes one of these elements or attributes may do instead.
 INSTEAD: Mapping[str, str] = {
     "include": f"{_ONE_TEXT}; write in what is included",
     "attach": f"{_ONE_TEXT}; write in what is attached",
     "file": f"{_ONE_TEXT}; draw with capsules, boxes and spheres, or write a mesh's vertices here",
     "replicate": "write out what it repeats",
-    "tendon": "the engines have no tendons; remove it",
-    "position": f"it is no plain motor; {_PLAIN}",
-    "velocity": f"it is no plain motor; {_PLAIN}",
     "size": "MuJoCo finds the sizes by itself; remove it",
 }
 # Attributes that are names, in which nothing is a number.
 _NAMES = frozenset(
-    "model name class childclass joint joint1 joint2 body1 body2 target material mesh".split()
+    "model name class childclass joint joint1 joint2 jointinparent body body1 body2 site site1 "
+    "site2 refsite cranksite slidersite sidesite geom geom1 geom2 tendon tendon1 tendon2 target "
+    "material mesh".split()
 )
 _WORD = re.compile(r"(?!nan|inf)[a-z][a-z0-9_]*", re.IGNORECASE)
 # Nothing is taken back: a long word that is no number is refused in as much time as it is long.
 _NUMBER = re.compile(r"[+-]?([0-9]++\.?[0-9]*+|\.[0-9]++)(e[+-]?[0-9]++)?", re.IGNORECASE)
-_LARGEST_SIZE = 1_000  # of a numeric, in numbers; ours
+# What a number of these may be at most, since it says how much memory or time is taken; ours.
+_MOST: Mapping[tuple[str, str], float] = {
+    ("numeric", "size"): 1_000,
+    **{("option", f"{kind}iterations"): 1_000 for kind in ("", "ls_", "noslip_", "ccd_")},
+}
 _LONGEST_NAME = 100  # characters; ours: complaints quote it
 
 
@@ -173,7 +203,7 @@ class _Reader:
                     f"{_LONGEST_NAME}"
                 )
             return
-        most = _LARGEST_SIZE if attribute == "size" and name == "numeric" else LARGEST
+        most = _MOST.get((name, attribute), LARGEST)
         for word in value.split():
             if _WORD.fullmatch(word):
                 continue

@@ -157,8 +157,21 @@ REFUSED = {
     "tendon": (
         r"</mujoco>",
         '<tendon><fixed><joint joint="hip_left" coef="1"/></fixed></tendon></mujoco>',
-        "a body may have no <tendon>: the engines have no tendons",
+        "has the tendon number 0, and the engines have none",
     ),
+    "pair": (
+        r"</mujoco>",
+        '<contact><pair geom1="a" geom2="b"/></contact><worldbody><geom name="b" size="9 9 9" '
+        'type="plane"/><body><geom name="a" size="1" type="sphere"/></body></worldbody></mujoco>',
+        "has a <pair> by which the geoms b and a would collide",
+    ),
+    "key": (
+        r"</mujoco>",
+        '<keyframe><key name="home"/></keyframe></mujoco>',
+        "has the keyframe home",
+    ),
+    "springs": (r"<option", '<option><flag spring="disable"/></option><option', "disables spring"),
+    "override": (r"<option", '<option><flag override="enable"/></option><option', "enables over"),
     "friction": (r'(name="knee_left")', r'\1 frictionloss="1"', "joint knee_left has frictionloss"),
     "damped": (r'(name="root_x") class="root"', r"\1", "joint root_x has damping"),
     "endless": (r'range="0 130"', "", "joint knee_left has no range"),
