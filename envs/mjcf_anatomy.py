@@ -1,4 +1,4 @@
-"""The anatomy of any file's body: mirror partners, legs and their roles, motors, points and senses."""
+"""The anatomy of any file's body: mirror partners, legs and roles, motors, points and senses."""
 
 import functools
 from typing import Any, NamedTuple

@@ -37,7 +37,7 @@ FINEST, COARSEST = 0.0005, 0.002  # s; of the physics
 class MjcfEnv(LeggedEnv):
     """The body of a file, its ground, and the rules of a trial.
 
-    What all bodies have is in `LeggedEnv`; what a file says is in `mjcf_tree.py` and its neighbours.
+    What all bodies have is in `LeggedEnv`; what a file says is in `mjcf_tree.py`.
 
     Attributes:
       body: MJCF, in itself complete.

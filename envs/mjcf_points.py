@@ -76,8 +76,8 @@ def may_touch(model: Any, geom: int) -> bool:
         return False
     kind, takes = int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])
     floors = [each for each in geoms_of(model, 0) if int(model.geom_type[each]) == PLANE]
-    if not floors:
-        return bool(kind or takes)
+    if not floors:  # one as MuJoCo has it where nothing is said of it
+        return bool((kind | takes) & 1)
     pairs = list(zip(model.pair_geom1, model.pair_geom2, strict=True))
     return any(
         kind & int(model.geom_conaffinity[floor])
