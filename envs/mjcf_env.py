@@ -98,7 +98,7 @@ class MjcfEnv(LeggedEnv):
         mass = weight / mjcf_anatomy.GRAVITY
         stop = STOP_STIFFNESS * weight * height
         pace = height / time
-        derived = {
+        derived: dict[str, Any] = {
             "contact": SoftContact(
                 stiffness=_rounded(stiffness),
                 damping=_rounded(np.sqrt(stiffness * mass / 4)),

@@ -119,8 +119,8 @@ def _sided(pose: Pose, legs: list[FileLeg]) -> list[FileLeg]:
         names = [str(model.body(body).name) for body in parents(model, leg.foot[0])]
         names = names[: len(parents(model, leg.foot[0])) - len(parents(model, leg.top)) + 1]
         names += [str(model.joint(joint).name) for joint in leg.joints]
-        marks = {side_of(name) for name in names} - {"middle"}
-        return marks.pop() if len(marks) == 1 else "middle"
+        marks: list[Side] = [side for side in map(side_of, names) if side != "middle"]
+        return marks[0] if len(set(marks)) == 1 else "middle"
 
     sides: list[Side] = [named(leg) for leg in legs]
     apart = [float(data.xpos[leg.foot[0]][1]) - middle for leg in legs]

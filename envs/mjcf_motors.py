@@ -1,4 +1,4 @@
-"""What the actuators of a file give, as motors of joints: torque limits, and gains where it has them."""
+"""The actuators of a file as motors of joints: torque limits, and gains where it has them."""
 
 from typing import Any, NamedTuple
 

@@ -70,7 +70,7 @@ def of_geom(pose: Pose, geom: int) -> list[tuple[Float[np.ndarray, "3"], float, 
 
 
 def may_touch(model: Any, geom: int) -> bool:
-    """Returns whether a geom collides with the ground: the file's floor, or a floor if it has none."""
+    """Returns whether a geom collides with the file's floor, or with one that a file may have."""
     body = int(model.geom_bodyid[geom])
     if not body or int(model.geom_type[geom]) == PLANE:
         return False

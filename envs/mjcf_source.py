@@ -1,4 +1,4 @@
-"""The model that a body's MJCF compiles to, and the pose that it starts in: read once, then looked up."""
+"""The model that a body's MJCF compiles to, and the pose that trials start in."""
 
 import functools
 from collections.abc import Mapping

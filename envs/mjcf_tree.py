@@ -144,15 +144,15 @@ def _is_planar(model: Any) -> bool:
         return True
     name = model.body(1).name or "number 1"
     raise ValueError(
-        f"body {name} has the joints {', '.join(kinds) or 'none'}; the first body of a walker needs "
-        "a <freejoint/>, or slides along x and z and a hinge about y to walk in the plane"
+        f"body {name} has the joints {', '.join(kinds) or 'none'}; the first body of a walker "
+        "needs a <freejoint/>, or slides along x and z and a hinge about y to walk in the plane"
     )
 
 
 def _turned(
     pose: Pose, legs: list[mjcf_legs.FileLeg], planar: bool
 ) -> tuple[Float[np.ndarray, "3 3"], tuple[float, ...]]:
-    """Returns what turns the root's axes forward, left and up, and how it is turned at the start."""
+    """Returns what turns the root's axes forward, left and up, and its attitude at the start."""
     attitude = pose.data.xmat[1].reshape(3, 3)
     if planar:
         if not np.allclose(attitude[1], [0.0, 1.0, 0.0], atol=1e-6):

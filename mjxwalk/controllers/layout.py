@@ -1,4 +1,4 @@
-"""What a policy sees and moves, as plain data: the senses and motors of a body, and their mirror."""
+"""What a policy sees and moves, as plain data: senses and motors of a body, and their mirror."""
 
 import dataclasses
 from typing import Any

@@ -103,7 +103,7 @@ class Experiment:
                 f"controller {type(self.controller).__name__} has no {', '.join(lacks)}; derive it "
                 "from mjxwalk.controllers.Controller, which has all but template and act"
             )
-        # A policy's settings name the senses and motors of its body, so that a run says what they are.
+        # A policy names the senses and motors of its body, so that a run says what they are.
         object.__setattr__(self, "controller", self.controller.on(self.env))
         self._tested_env()
         if self.goal.is_fine:
