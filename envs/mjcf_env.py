@@ -164,6 +164,11 @@ class MjcfEnv(LeggedEnv):
         """From the root to the lowest point of the feet as it stands at the start, m."""
         return self._stance.height
 
+    @property
+    def walking_time(self) -> float:
+        """Of a fall from the root's height, over the square root of two, s; gaits go by it."""
+        return self._stance.time
+
     def start(self, given: Trial, /) -> State:
         """Returns a walker at rest, its lowest points as deep as its weight presses them."""
         stance, root = self._stance, self.anatomy.root

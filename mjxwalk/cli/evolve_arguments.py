@@ -70,7 +70,7 @@ class EvolveArguments(Together, Following):
 
     Attributes:
       experiment: what to evolve, an experiment, a study or one of its phases; `mjxwalk list` shows
-        all.
+        all. Where none is named it is planar-lpd, and with --body the experiment walk.
       seed: of all random numbers; the same seed gives the same run.
       source: run to start from, its folder or `zoo:NAME`; walkers start around its winner, or go on
         with its population if that is what the experiment does.
@@ -81,8 +81,8 @@ class EvolveArguments(Together, Following):
       population: genotypes a generation.
       terrains: trials of each genotype, each on a terrain of its own.
       roughness: step of the random terrain, m.
-      body: MJCF file of a body of your own, or a run that has one; docs/body.md tells what it must
-        hold.
+      body: MJCF or URDF file of your own body, the name of one that ships (`mjxwalk list`), or a
+        run that has one; docs/any-body.md tells more.
       links: JSON file with the inputs that each network sees besides its own angle, rate and bias.
       engine: what runs the trials; auto takes the fastest on this machine.
       out: folder of the run, new or empty.
@@ -93,9 +93,7 @@ class EvolveArguments(Together, Following):
         as fil.strategy.sigma=0.1.
     """
 
-    experiment: tyro.conf.Positional[Annotated[str, tyro.conf.arg(metavar="EXPERIMENT")]] = (
-        dataclasses.field(default_factory=lambda: experiments.DEFAULT)
-    )
+    experiment: tyro.conf.Positional[Annotated[str, tyro.conf.arg(metavar="EXPERIMENT")]] = ""
     seed: Seed = 0
     source: Annotated[str | None, tyro.conf.arg(name="from", metavar="RUN")] = None
     scale: float = 1.0
@@ -104,7 +102,7 @@ class EvolveArguments(Together, Following):
     population: OptionalInt = None
     terrains: OptionalInt = None
     roughness: OptionalFloat = None
-    body: Annotated[Path | None, tyro.conf.arg(metavar="FILE|RUN")] = None
+    body: Annotated[Path | None, tyro.conf.arg(metavar="FILE|NAME|RUN")] = None
     links: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     engine: EngineName = "auto"
     out: OutPath = None
@@ -113,6 +111,11 @@ class EvolveArguments(Together, Following):
     set: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="PATH=VALUE")
     ] = ()
+
+    def __post_init__(self) -> None:
+        if not self.experiment:
+            usual = experiments.DEFAULT if self.body is None else experiments.ANY_BODY
+            object.__setattr__(self, "experiment", usual)
 
     def check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""

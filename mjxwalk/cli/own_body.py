@@ -1,24 +1,27 @@
 """`--body`: the MJCF of a user's body, from a file or from a run that has one."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
-from mjxwalk.errors import RunError
+from mjxwalk import robots
+from mjxwalk.errors import RunError, near
 from mjxwalk.runs import config, files
 
 MOST_BYTES = files.MOST_JSON // 2  # as text in the settings, it takes somewhat more
 
 
 def check(path: Path) -> None:
-    """Returns if there is such a file or run, whatever it holds; quick, as JAX is not imported.
+    """Raises unless there is such a file, run or shipped body; quick, as JAX is not imported.
 
     Raises:
       RunError: there is none.
     """
-    if not path.exists():
+    if not path.exists() and str(path) not in robots.names():
         raise RunError(
-            f"--body {path} does not exist; name an MJCF file (docs/body.md), or a run with a body "
-            "of its own"
+            f"--body {path} does not exist{near(str(path), robots.names())}; name an MJCF or URDF "
+            "file, a run with a body of its own, or one of "
+            f"{', '.join(robots.names())}"
         )
     if path.is_dir() and not (path / config.FILE).is_file():
         raise RunError(f"--body {path} is a folder, and no run; name an MJCF file, or a run")
@@ -47,10 +50,19 @@ def put(experiment: Any, path: Path) -> Any:
     Raises:
       RunError: the file is no body that can be simulated, or the experiment takes none.
     """
+    from mjxwalk.envs import MjcfEnv, mjcf_reader
     from mjxwalk.experiments import own_body
 
-    text = read(path)
+    is_shipped = not path.exists()
+    file = robots.path(str(path)) if is_shipped else path
     try:
-        return own_body.with_body(experiment, text)
+        # Our own bodies' experiments take a file to the letter; others take what it comes to.
+        if file.is_dir() or not isinstance(getattr(experiment, "env", None), MjcfEnv):
+            return own_body.with_body(experiment, read(file))
+        found = mjcf_reader.read(file)
+        changed = own_body.with_body(experiment, found.text)
     except ValueError as error:
         raise RunError(f"{path}: {error}") from None
+    for note in found.notes:
+        print(f"{path}: {note}", file=sys.stderr)
+    return changed

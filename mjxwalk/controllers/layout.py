@@ -32,6 +32,7 @@ class Layout:
       lift: of each motor moved, how much of its range lifts its leg, as a leg swings: hip forward,
         knee bent, foot level; 0 of others.
       time: that a fall from the height of the root needs, over the square root of two, s.
+      every: steps of the physics from one action to the next.
     """
 
     inputs: tuple[str, ...] = ()
@@ -47,6 +48,7 @@ class Layout:
     num_motors: int = 0
     lift: tuple[float, ...] = ()
     time: float = 0.3
+    every: int = 1
 
     def read(self, observation: Any) -> Float[Array, " input"]:
         """Returns the scaled senses of an observation."""
@@ -64,7 +66,7 @@ class Layout:
         return jnp.zeros(self.num_motors).at[np.array(self.motors)].set(outputs)
 
 
-def of_body(env: Any, *, moved: str = "legs", rates: bool = False) -> Layout:
+def of_body(env: Any, *, moved: str, rates: bool, period: float) -> Layout:
     """Returns the layout of a body that is given by its file.
 
     Args:
@@ -72,6 +74,7 @@ def of_body(env: Any, *, moved: str = "legs", rates: bool = False) -> Layout:
       moved: "legs" for the motors of its legs, which then are all that is read of its joints, or
         "all".
       rates: whether the rates of joints are read.
+      period: from one action to the next, s.
     """
     from mjxwalk.envs import mjcf_anatomy, mjcf_tree
 
@@ -107,6 +110,7 @@ def of_body(env: Any, *, moved: str = "legs", rates: bool = False) -> Layout:
         num_motors=len(anatomy.motors),
         lift=_lift(anatomy, tree, stance, coordinates),
         time=float(stance.time),
+        every=max(1, round(period / env.timestep)),
     )
 
 

@@ -15,7 +15,7 @@ from mjxwalk.controllers import layout
 from mjxwalk.controllers.controller import Controller
 from mjxwalk.controllers.layout import Layout
 from mjxwalk.envs import BodyObservation
-from mjxwalk.envs.checks import count, positive
+from mjxwalk.envs.checks import positive
 from mjxwalk.envs.edge import takes_genotype
 
 CLOCK = ("lift", "swing")  # the clock's inputs: a half sine while a leg is up, and a cosine
@@ -56,22 +56,22 @@ class LinearFeedback(Controller):
     Attributes:
       moved: "legs" to move the legs' motors while the others hold where they start, or "all".
       rates: whether it feels how fast its joints move.
-      every: steps of the physics from one action to the next.
+      period: from one action to the next, s.
       layout: of the body, which `on` fills in.
     """
 
     moved: Literal["legs", "all"] = "legs"
     rates: bool = False
-    every: int = 10
+    period: float = 0.02
     layout: Layout = Layout()
 
     def __post_init__(self) -> None:
-        count(self, "every")
+        positive(self, "period")
         positive(self.layout, "time")
 
     def on(self, env: Any) -> "LinearFeedback":
         """Returns the controller for a body."""
-        found = layout.of_body(env, moved=self.moved, rates=self.rates)
+        found = layout.of_body(env, moved=self.moved, rates=self.rates, period=self.period)
         return dataclasses.replace(self, layout=found)
 
     def template(self) -> FeedbackWeights:
@@ -93,7 +93,7 @@ class LinearFeedback(Controller):
         """Returns the new memory, and a number from -1 to 1 for each motor."""
         fresh: Bool[Array, ""] = memory.left <= 0
         asked = jnp.where(fresh, self.decide(genotype, observation), memory.action)
-        left = jnp.where(fresh, self.every, memory.left) - 1
+        left = jnp.where(fresh, self.layout.every, memory.left) - 1
         return Held(asked, left), asked
 
     def decide(

@@ -1,6 +1,7 @@
 """What evolves: experiments and studies by name, and what a run's settings make of them."""
 
 from mjxwalk.experiments.registry import (
+    ANY_BODY,
     DEFAULT,
     get,
     get_study,
@@ -12,6 +13,7 @@ from mjxwalk.experiments.registry import (
 from mjxwalk.experiments.stored import from_data, of_run
 
 __all__ = [
+    "ANY_BODY",
     "DEFAULT",
     "from_data",
     "get",

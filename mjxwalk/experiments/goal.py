@@ -20,7 +20,8 @@ class Goal:
     """What one of a generation's fittest has to show on new terrains for its run to end there.
 
     Attributes:
-      trials: none of which may end by a fall; 0 for no goal.
+      trials: that are tried; 0 for no goal.
+      share: of them that must end without a fall, last so long and get so far.
       duration: that each of them lasts at least, s.
       distance: that each of them covers at least, m; who only stands does not fall either.
       fine_trials: further trials that it has to pass at a finer time step, since some gaits hang
@@ -29,6 +30,7 @@ class Goal:
     """
 
     trials: int = 0
+    share: float = 1.0
     duration: float = 0.0
     distance: float = 0.0
     fine_trials: int = 0
@@ -38,6 +40,8 @@ class Goal:
         for name in ("trials", "fine_trials"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} must be 0 or above, got {getattr(self, name)}")
+        if not 0.0 < self.share <= 1.0:
+            raise ValueError(f"share must be above 0 and at most 1, got {self.share}")
         if self.fine_factor < 2:
             raise ValueError(f"fine_factor must be 2 or above, got {self.fine_factor}")
         for name in ("duration", "distance"):
@@ -105,7 +109,7 @@ class Goal:
 
     def _passed(self, outcome: Outcome) -> Any:
         short = (outcome.duration < self.duration) | (outcome.distance < self.distance)
-        return ~np.any(outcome.fell | short, axis=1)
+        return np.mean(~(outcome.fell | short), axis=1) >= self.share
 
 
 def take(population: Any, places: Any) -> Any:

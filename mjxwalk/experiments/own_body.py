@@ -1,5 +1,6 @@
 """An experiment with a body that a user brings, its settings scaled from our body's to that.
 
+The experiment `walk` takes any body; those of our own bodies take others of the same joints.
 ours: two bodies of one shape that move alike have torques as their weights times their lengths; so
 have the settings that are torques, those that are heights go by leg length, and the others stay.
 """
@@ -8,8 +9,9 @@ import dataclasses
 import math
 from typing import Any
 
-from mjxwalk.envs import Flame, Planar7
+from mjxwalk.envs import Flame, MjcfEnv, Planar7
 from mjxwalk.envs.bodies import flame_body, planar7_body
+from mjxwalk.experiments import walk
 from mjxwalk.experiments.experiment import Experiment
 
 BODIES = (Planar7, Flame)
@@ -26,11 +28,13 @@ def with_body(experiment: Any, text: str) -> Experiment:
       ValueError: the experiment has no body that can be another, or the text is none.
     """
     env = getattr(experiment, "env", None)  # which a fit lacks
+    if isinstance(env, MjcfEnv):
+        return walk.with_body(experiment, text)
     if not isinstance(env, BODIES):
         kind = "no body" if env is None else f"the body {type(env).__name__}"
         raise ValueError(
-            f"{experiment.name} has {kind}, which takes no other; choose an experiment of Planar7 "
-            "or Flame, such as planar-lpd or solomon-3d"
+            f"{experiment.name} has {kind}, which takes no other; choose {walk.NAME}, which takes "
+            "any, or an experiment of Planar7 or Flame, such as planar-lpd or solomon-3d"
         )
     ours = env
     env = _planar(env, text) if isinstance(env, Planar7) else _spatial(env, text)

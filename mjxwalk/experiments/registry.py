@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from mjxwalk.experiments.study import Study
 
 DEFAULT = "planar-lpd"
+ANY_BODY = "walk"  # what a body evolves in where no experiment is named
 
 
 class Entry(NamedTuple):
@@ -38,6 +39,9 @@ _UNASSISTED = "that population goes on without assistance"
 _HOLDING = "and from other starts, with loads and on slopes"
 
 EXPERIMENTS = {
+    ANY_BODY: Entry(
+        ".walk", "WALK", "any body (--body FILE or NAME), linear feedback to joint targets"
+    ),
     "planar-lpd": Entry(".solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),
     "planar-fil": Entry(".solomon", "PLANAR_FIL", "planar walker, all links, slightly rough"),
     "solomon-3d": Entry(".solomon_3d", "SOLOMON_3D", "spatial walker, slightly rough ground"),

@@ -1,0 +1,69 @@
+"""Any body of a file learns to walk: linear feedback of its senses to targets of its legs' joints.
+
+Nothing here knows the body: lengths, times and torques are derived from its size and its weight.
+"""
+
+import dataclasses
+from typing import Any
+
+from mjxwalk import robots
+from mjxwalk.controllers.linear_feedback import LinearFeedback
+from mjxwalk.envs import MjcfEnv, mjcf_reader
+from mjxwalk.experiments.experiment import Experiment, StrategyChoice
+from mjxwalk.experiments.goal import Goal
+
+NAME = "walk"
+USUAL_BODY = "h1"
+# ours: of the time that a fall from the height of the root takes, over the square root of two; a
+# policy that acts less often falls sooner, one that acts more often gains nothing.
+PERIOD = 0.06
+DISTANCE = 20.0  # m; ours
+TRIAL_TIME = 25.0  # s; ours: at the speed that is wanted, more than the distance takes
+
+
+def of_body(text: str) -> Experiment:
+    """Returns the experiment of a body.
+
+    Args:
+      text: MJCF, in itself complete.
+
+    Raises:
+      ValueError: the text is no body that can walk here.
+    """
+    env = MjcfEnv.of(text)
+    time = env.walking_time
+    speed = env.terms.speed
+    return Experiment(
+        name=NAME,
+        env=dataclasses.replace(env, max_time=round(max(TRIAL_TIME, 1.1 * DISTANCE / speed), 1)),
+        controller=LinearFeedback(period=float(f"{PERIOD * time:.1g}")),
+        # ours: with 0.1 and more, walkers settle on a lunge.
+        strategy=StrategyChoice(name="snes", options={"sigma": 0.03}),
+        population_size=512,
+        generations=600,
+        terrains_per_evaluation=1,
+        goal=Goal(trials=64, share=0.95, distance=DISTANCE, fine_trials=64, fine_factor=2),
+    )
+
+
+def with_body(experiment: Experiment, text: str) -> Experiment:
+    """Returns an experiment with another body, and with what is derived from the body.
+
+    Raises:
+      ValueError: the text is no body that can walk here.
+    """
+    fresh = of_body(text)
+    return dataclasses.replace(
+        experiment,
+        env=fresh.env,
+        controller=dataclasses.replace(
+            experiment.controller, **_period(experiment.controller, fresh.controller)
+        ),
+    )
+
+
+def _period(controller: Any, fresh: Any) -> dict[str, float]:
+    return {"period": fresh.period} if hasattr(controller, "period") else {}
+
+
+WALK = of_body(mjcf_reader.read(robots.path(USUAL_BODY)).text)
