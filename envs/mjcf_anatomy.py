@@ -86,12 +86,13 @@ def stance(text: str, angles: tuple[tuple[str, float], ...] = ()) -> Stance:
 
 
 @functools.cache
-def anatomy(text: str, acting: str = "target") -> Anatomy:
+def anatomy(text: str, acting: str = "target", gains: str = "derived") -> Anatomy:
     """Returns the anatomy of a body.
 
     Args:
       text: its MJCF.
       acting: what the numbers of a policy are: "target" of joints, or "torque".
+      gains: by which motors hold targets: "derived" from weight and size, or those of the "file".
 
     Raises:
       ValueError: the engines cannot move it, or nothing here can drive it.
@@ -117,7 +118,7 @@ def anatomy(text: str, acting: str = "target") -> Anatomy:
         joint_coordinate=tuple(range(len(coordinates))),
         root=root,
         torso=tree.body_names[1],
-        motors=_motors(tree, stance(text), coordinates, root.num, acting),
+        motors=_motors(tree, stance(text), coordinates, acting, gains),
         points=points,
         legs=_legs(tree, stance(text), root.num),
         senses=_senses(tree, coordinates, root),
@@ -202,15 +203,16 @@ def bending_of(tree: FileTree, stance: Stance, leg: Any) -> list[tuple[int, floa
 
 
 def _motors(
-    tree: FileTree, stance: Stance, coordinates: tuple[Coordinate, ...], first: int, acting: str
+    tree: FileTree, stance: Stance, coordinates: tuple[Coordinate, ...], acting: str, gains: str
 ) -> tuple[Motor, ...]:
+    first = len(coordinates) - len(tree.joints)
     usual = stance.weight * stance.height
     found: list[Motor] = []
     for each in mjcf_motors.of_tree(tree):
         place = first + each.joint
         strongest = min(abs(each.lowest), abs(each.highest))
         stiffness, damping = each.stiffness, each.damping
-        if not stiffness:
+        if gains == "derived" or not stiffness:
             stiffness, damping = mjcf_motors.usual_gains(strongest, usual, stance.time)
         name = coordinates[place].name
         if acting == "target":

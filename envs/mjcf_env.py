@@ -44,6 +44,8 @@ class MjcfEnv(LeggedEnv):
       start_angles: of the joints by name at the start, rad; of others the file says them.
       acting: what a policy's numbers from -1 to 1 are: "target" of joints about where they start,
         held by stiffness and damping, or "torque".
+      gains: of motors that hold targets: "derived" from the body's weight and size, or those of the
+        "file" where it has position actuators.
       min_height: of the root over the ground, as a share of that at the start; under it the walker
         has fallen.
       max_pitch: of the torso, rad; beyond it the walker has fallen.
@@ -62,6 +64,7 @@ class MjcfEnv(LeggedEnv):
         default_factory=dict[str, float], hash=False
     )
     acting: Literal["target", "torque"] = "target"
+    gains: Literal["derived", "file"] = "derived"
     terms: FitnessTerms = FitnessTerms()
     timestep: float = 0.001  # ours
     min_height: float = 0.75  # ours: a lower one lets crouchers win
@@ -76,8 +79,11 @@ class MjcfEnv(LeggedEnv):
 
     def __post_init__(self) -> None:
         checks.positive(self, "min_height", "max_pitch", "max_roll", "max_yaw")
-        if self.acting not in ("target", "torque"):
-            raise ValueError(f'acting must be "target" or "torque", got "{self.acting}"')
+        for name, known in (("acting", ("target", "torque")), ("gains", ("derived", "file"))):
+            if getattr(self, name) not in known:
+                raise ValueError(
+                    f'{name} must be "{known[0]}" or "{known[1]}", got "{getattr(self, name)}"'
+                )
         super().__post_init__()
         _ = self._stance, self.anatomy  # refuses a file that is no body
 
@@ -125,7 +131,7 @@ class MjcfEnv(LeggedEnv):
 
     @property
     def anatomy(self) -> Anatomy:
-        return mjcf_anatomy.anatomy(self.body, self.acting)
+        return mjcf_anatomy.anatomy(self.body, self.acting, self.gains)
 
     def spec(self) -> Any:
         tree = mjcf_tree.of_text(self.body)

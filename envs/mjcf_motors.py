@@ -13,11 +13,12 @@ _AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
 _FIXED = int(mujoco.mjtGain.mjGAIN_FIXED)
 
 # ours, for what a file leaves open. A torque is in weights times heights of the root, a time in
-# the time that a fall from that height would need, over the square root of two.
+# the time that a fall from that height would need, over the square root of two. Robots' own gains
+# are often too soft to stand by: an ankle below half a weight times height a rad falls over.
 STRENGTH = 0.5  # of a motor without limits
-REACH = 0.67  # rad off its target at which a motor gives all it has
-STIFFEST = 0.6  # a rad
-DAMPING_TIME = 0.16  # of a motor's damping over its stiffness
+REACH = 0.05  # rad off its target at which a motor gives all it has
+STIFFEST = 1.5  # a rad
+DAMPING_TIME = 0.1  # of a motor's damping over its stiffness
 
 
 class JointMotor(NamedTuple):
