@@ -64,12 +64,14 @@ def check_shapes(name: str, tree: Any, like: Any) -> None:
 
 
 def as_arrays(value: Any) -> Any:
-    """Returns a named tuple of arrays, or an array, with every part an array of JAX's.
+    """Returns a tuple of arrays, named or not, or an array, with every part an array of JAX's.
 
     What is neither numbers nor a named tuple stays as it is.
     """
     if isinstance(value, tuple) and hasattr(value, "_fields"):
         return type(value)(*map(as_arrays, value))
+    if isinstance(value, tuple) and all(hasattr(part, "shape") for part in value):
+        return tuple(map(as_arrays, value))  # of layers, say; numbers in a tuple are one array
     if isinstance(value, int | float):
         value = np.asarray(value)  # whose dtype does not give way to others, as a number's does
     if isinstance(value, np.ndarray | np.generic | list | tuple):

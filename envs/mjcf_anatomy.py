@@ -36,6 +36,7 @@ class Stance(NamedTuple):
       qpos: coordinates, m and rad.
       touching: which contact points are about as low as the lowest.
       ankle_x: how far each foot's origin is ahead of the root, m.
+      feet: how high each foot's origin is, m.
       height: of the root, m.
       weight: N.
     """
@@ -43,6 +44,7 @@ class Stance(NamedTuple):
     qpos: Float[np.ndarray, " coordinate"]
     touching: Any
     ankle_x: Float[np.ndarray, " leg"]
+    feet: Float[np.ndarray, " leg"]
     height: float
     weight: float
 
@@ -80,6 +82,7 @@ def stance(text: str, angles: tuple[tuple[str, float], ...] = ()) -> Stance:
         data.qpos.astype(np.float32),
         low - low.min() < 0.005 * height,
         np.array([data.body(foot).xpos[0] for foot in feet], np.float32),
+        np.array([data.body(foot).xpos[2] + height for foot in feet], np.float32),
         height,
         GRAVITY * float(model.body_subtreemass[0]),
     )

@@ -11,14 +11,16 @@ from jaxtyping import Array, Bool, Float
 from mjxwalk.envs import checks, dynamics, floating, mjcf_anatomy, mjcf_motors, mjcf_tree
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import SoftContact
-from mjxwalk.envs.fitness_terms import FitnessTerms
+from mjxwalk.envs.fitness_terms import FitnessTerms, Seen, Tally
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.legged import LeggedEnv
 from mjxwalk.envs.legged_body import Sprung
+from mjxwalk.envs.mjcf_source import geoms_of
 from mjxwalk.envs.motor import Action, Springs
 from mjxwalk.envs.observation import BodyObservation
 from mjxwalk.envs.state import State
 from mjxwalk.envs.surface import SerpentineWalk
+from mjxwalk.envs.trees import Instant
 from mjxwalk.envs.trial import Trial, TrialState
 
 # ours: shares of a body's weight, of the height of its root, and of the time that a fall from there
@@ -30,6 +32,7 @@ STEP = 0.006  # of the physics
 SPEED = 0.25  # that is wanted
 LEAST_SPEED = 0.08  # below which a walker falls behind
 FLIGHT = 0.3  # without ground contact
+CLEARANCE = 0.05  # of a foot in the air, that is wanted
 FINEST, COARSEST = 0.0005, 0.002  # s; of the physics
 
 
@@ -53,6 +56,8 @@ class MjcfEnv(LeggedEnv):
       max_yaw: of the torso, rad; beyond it the walker has fallen.
       joint_stop: law of the joints' limits.
       terms: what a walker is worth.
+      forbidden: names of bodies that must not touch the ground; a walker of which one does has
+        fallen.
     """
 
     body: str = dataclasses.field(repr=False)
@@ -66,6 +71,7 @@ class MjcfEnv(LeggedEnv):
     acting: Literal["target", "torque"] = "target"
     gains: Literal["derived", "file"] = "derived"
     terms: FitnessTerms = FitnessTerms()
+    forbidden: tuple[str, ...] = ()
     timestep: float = 0.001  # ours
     min_height: float = 0.75  # ours: a lower one lets crouchers win
     max_pitch: float = 0.8  # ours
@@ -85,7 +91,12 @@ class MjcfEnv(LeggedEnv):
                     f'{name} must be "{known[0]}" or "{known[1]}", got "{getattr(self, name)}"'
                 )
         super().__post_init__()
-        _ = self._stance, self.anatomy  # refuses a file that is no body
+        _ = self._stance  # refuses a file that is no body
+        names = [str(self.model.mujoco.body(body).name) for body in range(self.model.mujoco.nbody)]
+        for name in self.forbidden:
+            if name not in names:
+                raise ValueError(f"forbidden names {name}, and the body has {', '.join(names[1:])}")
+        _ = self.anatomy  # refuses motors that nothing here moves
 
     @classmethod
     def of(cls, text: str, **settings: Any) -> "MjcfEnv":
@@ -117,7 +128,9 @@ class MjcfEnv(LeggedEnv):
             "max_flight_time": _rounded(FLIGHT * time),
             "min_speed": _rounded(LEAST_SPEED * pace),
             "max_lag": _rounded(height),
-            "terms": FitnessTerms(speed=_rounded(SPEED * pace)),
+            "terms": FitnessTerms(
+                speed=_rounded(SPEED * pace), clear_height=_rounded(CLEARANCE * height)
+            ),
         }
         return cls(body=text, **{**derived, **settings})
 
@@ -189,7 +202,11 @@ class MjcfEnv(LeggedEnv):
             touching=jnp.asarray(stance.touching),
             ankle_x=jnp.asarray(stance.ankle_x),
             trial=TrialState.begin(),
-            own=self.terms.begin(len(self.anatomy.motors)),
+            own=self.terms.begin(
+                legs=len(self.anatomy.legs),
+                motors=len(self.anatomy.motors),
+                watches=bool(self.forbidden),
+            ),
         )
 
     def sense(self, state: State, /) -> BodyObservation:
@@ -232,26 +249,69 @@ class MjcfEnv(LeggedEnv):
         if root.sideways is not None:
             worth += terms.drift * jnp.abs(state.qpos[root.sideways])
         worth += terms.work * trial.work / usual + terms.torque * trial.torque_cost / usual
-        tally = state.own
-        counted = (
-            (terms.upright, tally.tilt),
-            (terms.heading, tally.heading),
-            (terms.tracking, tally.off_speed),
-            (terms.action_rate, tally.action_rate),
-        )
-        for weight, value in counted:
-            if value is not None:
-                worth += weight * value
-        return worth
+        return worth + terms.worth(state.own)
 
-    def carry_on(self, state: State, moved: State, now: Any, action: Any, given: Trial) -> Any:
-        """Returns what the terms have counted after a step."""
-        del moved, now, given
-        if not any(part is not None for part in state.own):
-            return state.own
+    def carry_on(self, state: State, moved: State, now: Instant, action: Any, given: Trial) -> Any:
+        """Returns what terms and ends have counted after a step."""
+        del moved
+        tally: Tally = state.own
+        if all(part is None for part in tally):
+            return tally
         strength = np.array([each.strength for each in self.anatomy.motors], np.float32)
-        asked = (action.target + action.torque) / strength
-        return self.terms.count(state.own, self.sense(state), asked, seconds=self.timestep)
+        seen = Seen(
+            self.sense(state),
+            (action.target + action.torque) / strength,
+            None if tally.clear is None else self._clear(state, now, given),
+            None if tally.forbidden is None else self._touches(state, now, given),
+        )
+        return self.terms.count(tally, seen, seconds=self.timestep)
+
+    def is_low(self, state: State, ground: Float[Array, ""] | float, /) -> Bool[Array, ""]:
+        """Returns whether the root is too low, or a body touches the ground that must not."""
+        low = super().is_low(state, ground)
+        return low if state.own.forbidden is None else low | state.own.forbidden
+
+    def low_words(self) -> str:
+        """Returns what `is_low` means, for someone who asks why a walker fell."""
+        words = f"the torso lower than {self.lowest_hips:.2g} m"
+        return (
+            f"{words}, or {' or '.join(self.forbidden)} on the ground" if self.forbidden else words
+        )
+
+    def _clear(self, state: State, now: Instant, given: Trial) -> Float[Array, " leg"]:
+        """Returns how high feet are over the ground below them, more than at the start, m."""
+        feet = self._places(state, now, self._feet)
+        ground = self._grounds(given, feet)
+        return feet[:, 2] - ground - np.array(self._stance.feet, np.float32)
+
+    def _touches(self, state: State, now: Instant, given: Trial) -> Bool[Array, ""]:
+        """Returns whether a forbidden body's sphere touches the ground."""
+        places = self._places(state, now, self.forbidden)
+        model = self.model.mujoco
+        radii = [
+            max(
+                (model.geom_rbound[geom] for geom in geoms_of(model, model.body(name).id)),
+                default=0,
+            )
+            for name in self.forbidden
+        ]
+        # ours: half of the sphere about a body's largest geom, at the body's origin
+        return jnp.any(places[:, 2] - 0.5 * np.array(radii) < self._grounds(given, places))
+
+    def _places(self, state: State, now: Instant, names: tuple[str, ...]) -> Float[Array, "body 3"]:
+        """Returns where bodies are in the world, m."""
+        places = self._tree.bodies(now, names)
+        if now.axes is None:
+            root = jnp.stack([state.qpos[0], jnp.zeros(()), state.qpos[1]])
+            return places + root
+        return state.qpos[:3] + places @ now.axes.T
+
+    def _grounds(self, given: Trial, places: Float[Array, "body 3"]) -> Float[Array, " body"]:
+        planar = self.anatomy.root.is_planar
+        heights = [
+            self.terrain.height(given.ground, x, None if planar else y) for x, y, _ in places
+        ]
+        return jnp.stack(heights)
 
     def scaled_action(self, values: Float[Array, " motor"], /) -> Action:
         """Returns the action of numbers from -1 to 1, one for each motor."""
