@@ -142,6 +142,7 @@ class Leg(NamedTuple):
       knee: bends what is below it.
       ankle: bends the foot.
       bodies: that touch the ground; () where the foot alone does.
+      ahead: direction in the foot's axes that leads forward as the body stands.
     """
 
     side: Side
@@ -150,6 +151,7 @@ class Leg(NamedTuple):
     knee: int | None
     ankle: int | None
     bodies: tuple[str, ...] = ()
+    ahead: tuple[float, float, float] = (1.0, 0.0, 0.0)
 
 
 class Sense(NamedTuple):
@@ -231,7 +233,8 @@ class Anatomy(NamedTuple):
         Both are in the foot's axes; of a foot with one point they are that point.
         """
         places = np.array([point.offset for point in self.points if point.body == leg.foot])
-        front = places[:, 0] > places[:, 0].mean()
+        along = places @ np.array(leg.ahead)
+        front = along > along.mean()
         heel, toe = (
             places[~front].mean(axis=0),
             places[front if front.any() else ~front].mean(axis=0),

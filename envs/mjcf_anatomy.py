@@ -123,7 +123,7 @@ def anatomy(text: str, acting: str = "target", gains: str = "derived") -> Anatom
         torso=tree.body_names[1],
         motors=_motors(tree, stance(text), coordinates, acting, gains),
         points=points,
-        legs=_legs(tree, stance(text), root.num),
+        legs=_legs(tree, stance(text), root.num, points),
         senses=_senses(tree, coordinates, root),
     )
 
@@ -172,16 +172,24 @@ def _partners(tree: FileTree) -> list[int]:
     return partners
 
 
-def _legs(tree: FileTree, stance: Stance, first: int) -> tuple[Leg, ...]:
+def _legs(
+    tree: FileTree, stance: Stance, first: int, points: tuple[ContactPoint, ...]
+) -> tuple[Leg, ...]:
     """Returns the legs; hip, knee and ankle are their hinges that bend forward and backward."""
+    data = mujoco.MjData(tree.hinged.mujoco)
+    data.qpos[:] = stance.qpos
+    mujoco.mj_kinematics(tree.hinged.mujoco, data)
+    touching = {point.body for point in points}
     found: list[Leg] = []
     for leg in tree.legs:
         bending = [first + place for place, _ in bending_of(tree, stance, leg)]
         hip, knee, ankle = ([*bending, None, None, None])[:3]
         if len(bending) > 3:  # the foot's own is the ankle
             ankle = bending[-1]
-        feet = tuple(tree.body_names[body] for body in leg.foot)
-        found.append(Leg(leg.side, feet[0], hip, knee, ankle, feet))
+        foot, *others = (tree.body_names[body] for body in leg.foot)
+        feet = (foot, *(each for each in others if each in touching))
+        x, y, z = (float(each) for each in data.body(foot).xmat.reshape(3, 3)[0])
+        found.append(Leg(leg.side, foot, hip, knee, ankle, feet, (x, y, z)))
     return tuple(found)
 
 
