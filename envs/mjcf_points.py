@@ -12,6 +12,9 @@ from mjxwalk.envs.mjcf_source import PLANE, Pose, geoms_of
 MOST = 8  # points of a foot; ours: each costs some 150 operations a step
 SITES = re.compile(r"(?i)(^|[_\W])(heel|toe|sole|ball|contact|corner|cp)(?=[_\W\d]|$)")
 SAME = 1e-3  # m; points nearer to each other than this are one
+# ours: directions up from the ground for a foot that is tilted, by how far and to where, rad.
+TILTS = np.radians([5.0, 20.0, 40.0, 60.0])
+TURNS = (np.arange(64) + 0.5) * (2 * np.pi / 64)
 _GEOM = mujoco.mjtGeom
 
 
@@ -109,7 +112,8 @@ def of_foot(pose: Pose, bodies: list[int], *, planar: bool, reach: float) -> lis
         for geom in colliding or geoms:
             found += _lower(pose, geom)
     low = min(point.height for point in found)
-    return _spread(_apart([each for each in found if each.height < low + reach], planar))
+    found = _apart([each for each in found if each.height < low + reach], planar)
+    return _spread(_outer(pose, found, planar))
 
 
 def _sites(pose: Pose, bodies: list[int]) -> list[Point]:
@@ -153,6 +157,32 @@ def _apart(points: list[Point], planar: bool) -> list[Point]:
         if all(np.linalg.norm(gap) > SAME for gap in gaps):
             kept.append(point)
     return kept
+
+
+def _outer(pose: Pose, points: list[Point], planar: bool) -> list[Point]:
+    """Returns the points that are the lowest of their body in some tilt, and inside no other."""
+    tilts = np.concatenate([TILTS, -TILTS])
+    if planar:
+        upward = np.stack([np.sin(tilts), 0.0 * tilts, np.cos(tilts)], axis=-1)
+    else:
+        tilt, turn = (each.reshape(-1) for each in np.meshgrid(TILTS, TURNS))
+        upward = np.stack(
+            [np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)], axis=-1
+        )
+    axes = {point.body: pose.data.xmat[point.body].reshape(3, 3) for point in points}
+    places = [pose.data.xpos[each.body] + axes[each.body] @ each.offset for each in points]
+    lows = [upward @ place - each.radius for place, each in zip(places, points, strict=True)]
+
+    def counts(one: int) -> bool:
+        point = points[one]
+        others = [low for low, each in zip(lows, points, strict=True) if each.body == point.body]
+        inside = any(
+            np.linalg.norm(place - places[one]) < each.radius - point.radius
+            for place, each in zip(places, points, strict=True)
+        )
+        return not inside and bool(np.any(lows[one] <= np.min(others, axis=0)))
+
+    return [point for number, point in enumerate(points) if counts(number)]
 
 
 def _spread(points: list[Point]) -> list[Point]:
