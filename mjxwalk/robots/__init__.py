@@ -42,6 +42,28 @@ BODIES: Mapping[str, ShippedBody] = {
         source=f"unitree_g1 {_PLAYGROUND}",
         licence="BSD-3-Clause AND Apache-2.0",
     ),
+    "t1": ShippedBody(
+        summary="Booster T1, a humanoid robot of 1.18 m and 32 kg, 23 position motors",
+        source=f"booster_t1 {_PLAYGROUND}",
+    ),
+    "apollo": ShippedBody(
+        summary="Apptronik Apollo, a humanoid robot of 1.76 m and 81 kg, 32 position motors",
+        source=f"apptronik_apollo {_PLAYGROUND}",
+    ),
+    "op3": ShippedBody(
+        summary="Robotis OP3, a small humanoid robot of 0.5 m and 3.1 kg, 20 position motors",
+        source=f"robotis_op3 {_PLAYGROUND}",
+    ),
+    "berkeley_humanoid": ShippedBody(
+        summary="Berkeley Humanoid, a robot without arms, 0.83 m and 16 kg, 12 position motors",
+        source=f"berkeley_humanoid {_PLAYGROUND}",
+        licence="BSD-3-Clause AND Apache-2.0",
+    ),
+    "humanoid": ShippedBody(
+        summary="Gymnasium's Humanoid with toes, 1.56 m and 42 kg, 17 torque motors",
+        source="measures of humanoid.xml of Gymnasium",
+        licence="MIT",
+    ),
     "walker2d": ShippedBody(
         summary="Gymnasium's Walker2d in the plane, 1.5 m and 24 kg, 6 torque motors",
         source="measures of walker2d_v5.xml of Gymnasium",
