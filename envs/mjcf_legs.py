@@ -55,10 +55,10 @@ def find(pose: Pose) -> list[FileLeg]:
     tops = _tops(model, 1, feet)
     legs = [_leg(pose, top, feet, lows, SAME_FOOT * height) for top in tops]
     if len(legs) < 2:
-        named = ", ".join(str(model.body(body).name) for body in feet)
+        named = " and ".join(str(model.body(body).name) or f"number {body}" for body in feet)
         raise ValueError(
-            f"the body has fewer than two legs: of its bodies only {named} reach the ground, in "
-            "the pose that trials start in; add a <key> named home in which it stands on its feet"
+            f"only one leg reaches the ground in the pose that trials start in (body {named}), and "
+            "a walker needs two; if it has two, add a <key> named home in which it stands on both"
         )
     return _sided(pose, legs)
 

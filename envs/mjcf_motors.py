@@ -9,6 +9,12 @@ from mjxwalk.envs.anatomy import HINGE, SLIDE
 from mjxwalk.envs.mjcf_tree import FileTree
 
 _JOINT = {int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)}
+_TARGETS = {
+    mujoco.mjtTrn.mjTRN_TENDON: "tendon",
+    mujoco.mjtTrn.mjTRN_SITE: "site",
+    mujoco.mjtTrn.mjTRN_SLIDERCRANK: "crank",
+    mujoco.mjtTrn.mjTRN_BODY: "whole body",
+}
 _AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
 _FIXED = int(mujoco.mjtGain.mjGAIN_FIXED)
 
@@ -105,9 +111,10 @@ def _joint(model: Any, actuator: int, name: str) -> int:
     kind = int(model.actuator_trntype[actuator])
     joint = int(model.actuator_trnid[actuator][0])
     if kind not in _JOINT or int(model.jnt_type[joint]) not in (HINGE, SLIDE):
+        names = {int(value): word for value, word in _TARGETS.items()}
         raise ValueError(
-            f"actuator {name} drives no hinge and no slide (but a tendon, a site, a body or a ball "
-            "joint), which contact law points cannot; give the joint a <motor>"
+            f"actuator {name} drives a {names.get(kind, 'ball or free joint')}, and contact law "
+            "points has motors of hinges and slides alone; write <motor joint=.../> in its place"
         )
     return joint
 

@@ -134,13 +134,14 @@ def _sites(pose: Pose, bodies: list[int]) -> list[Point]:
 def _lower(pose: Pose, geom: int) -> list[Point]:
     """Returns the points of a geom, of those with corners the lower half."""
     model = pose.model
-    name = str(model.geom(geom).name) or f"{model.body(int(model.geom_bodyid[geom])).name}_geom"
+    body = int(model.geom_bodyid[geom])
+    number = geom - int(model.body_geomadr[body])
+    name = str(model.geom(geom).name) or f"{model.body(body).name}_geom{number or ''}"
     points = of_geom(pose, geom)
     heights = np.array([height for _, _, height in points])
     if len(points) > 2:
         middle = 0.5 * (heights.min() + heights.max())
         points = [each for each in points if each[2] <= middle]
-    body = int(model.geom_bodyid[geom])
     return [
         Point(f"{name}_{number}", body, place, radius, height)
         for number, (place, radius, height) in enumerate(points)

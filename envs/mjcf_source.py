@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from mjxwalk.envs._mujoco import compiled, mujoco
+from mjxwalk.envs import body_xml
+from mjxwalk.envs._mujoco import compiled, mujoco, refusing
 from mjxwalk.envs.anatomy import HINGE, SLIDE
 
 BALL, FREE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_FREE)
@@ -33,12 +34,11 @@ def model(text: str) -> Any:
     """Returns the `mujoco.MjModel` of a body's MJCF, as the file says it.
 
     Raises:
-      ValueError: MuJoCo cannot compile it.
+      ValueError: it holds what no body may, or MuJoCo cannot compile it.
     """
-    try:
-        spec = mujoco.MjSpec.from_string(text)
-    except ValueError as error:
-        raise ValueError(f"MuJoCo cannot read it: {' '.join(str(error).split())}") from None
+    xml = body_xml.checked(text)  # a run's text may come from a stranger
+    with refusing("MuJoCo cannot read it"):
+        spec = mujoco.MjSpec.from_string(xml)
     return compiled(spec)
 
 

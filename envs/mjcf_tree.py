@@ -84,6 +84,7 @@ def of_text(text: str) -> FileTree:
     model = pose.model
     _check_world(model)
     planar = _is_planar(model)
+    _check_gravity(model)
     legs = mjcf_legs.find(pose)
     height = float(pose.data.xpos[1][2]) - min(
         point[2] for geom in range(model.ngeom) for point in mjcf_points.of_geom(pose, geom)
@@ -108,12 +109,6 @@ def of_text(text: str) -> FileTree:
 def _check_world(model: Any) -> None:
     if model.nbody < 2:
         raise ValueError("the file has no body; add one to <worldbody>")
-    gravity = model.opt.gravity
-    if np.any(np.abs(gravity[:2]) > 1e-6) or not np.isclose(gravity[2], -9.81, atol=0.02):
-        x, y, z = gravity
-        raise ValueError(
-            f"gravity is {x:g} {y:g} {z:g} m/s^2, and here it is 0 0 -9.81; change the <option>"
-        )
     for body in range(2, model.nbody):
         if not int(model.body_parentid[body]):
             raise ValueError(
@@ -124,6 +119,17 @@ def _check_world(model: Any) -> None:
                 raise ValueError(
                     f"body {model.body(body).name} has a free joint inside the tree; remove it"
                 )
+
+
+def _check_gravity(model: Any) -> None:
+    if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY):
+        raise ValueError("a <flag> disables gravity, without which nothing walks; remove it")
+    gravity = model.opt.gravity
+    if np.any(np.abs(gravity[:2]) > 1e-6) or not np.isclose(gravity[2], -9.81, atol=0.02):
+        x, y, z = gravity
+        raise ValueError(
+            f"gravity is {x:g} {y:g} {z:g} m/s^2, and here it is 0 0 -9.81; change the <option>"
+        )
 
 
 def _is_planar(model: Any) -> bool:
@@ -144,9 +150,16 @@ def _is_planar(model: Any) -> bool:
         return True
     name = model.body(1).name or "number 1"
     raise ValueError(
-        f"body {name} has the joints {', '.join(kinds) or 'none'}; the first body of a walker "
-        "needs a <freejoint/>, or slides along x and z and a hinge about y to walk in the plane"
+        f"body {name} {_moves(kinds)}; the first body of a walker needs a <freejoint/>, or slides "
+        "along x and z and a hinge about y to walk in the plane"
     )
+
+
+def _moves(kinds: list[str]) -> str:
+    """Returns how joints of these kinds let a root move."""
+    nums = [(kind, kinds.count(kind)) for kind in sorted(set(kinds), reverse=True)]
+    words = [f"one {kind}" if num == 1 else f"{num} {kind}s" for kind, num in nums]
+    return f"moves by {' and '.join(words)} alone" if words else "is fixed to the world"
 
 
 def _turned(
