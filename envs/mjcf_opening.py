@@ -1,13 +1,15 @@
 """Opens a user's MJCF or URDF file as MuJoCo does, without what only decorates."""
 
 import math
-import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mjxwalk.envs._mujoco import compiled, mujoco, refusing
+from mjxwalk.envs import mjcf_lines, mjcf_messages, mjcf_missing, mjcf_urdf
+from mjxwalk.envs._mujoco import compiled, mujoco
+from mjxwalk.envs.mjcf_lines import Place
 
-_DECORATION = ("textures", "skins", "sensors", "cameras", "lights", "tuples", "texts", "numerics")
+_DECORATION = ("textures", "skins", "sensors", "cameras", "lights", "tuples", "texts")
 
 
 class Opened(NamedTuple):
@@ -16,11 +18,13 @@ class Opened(NamedTuple):
     Attributes:
       model: the `mujoco.MjModel`.
       statistic: what the file gives of the model's statistic.
+      places: the elements of the file.
       notes: what of the file is not taken, as sentences.
     """
 
     model: Any
     statistic: dict[str, Any]
+    places: Sequence[Place]
     notes: list[str]
 
 
@@ -34,20 +38,35 @@ def opened(path: Path) -> Opened:
         raise ValueError("it does not exist; name an MJCF or URDF file")
     if path.is_dir():
         raise ValueError("it is a folder; name an MJCF or URDF file")
-    with refusing("MuJoCo cannot read it"):
-        spec = mujoco.MjSpec.from_file(str(path.resolve()))
+    places = mjcf_lines.places(path)
     notes: list[str] = []
+    try:
+        spec = _read(path, places, notes)
+    except (ValueError, mujoco.FatalError, UnicodeDecodeError) as error:
+        raise ValueError(mjcf_messages.sentence(str(error), places)) from None
     _undecorate(spec)
-    _without_missing(spec, notes)
+    mjcf_missing.take_out(spec, places, notes)
     statistic = {
         name: getattr(spec.stat, name)
         for name in ("meaninertia", "meanmass", "meansize", "extent", "center")
     }
+    try:
+        model = compiled(spec)
+    except ValueError as error:
+        raise ValueError(mjcf_messages.sentence(str(error), places)) from None
     return Opened(
-        compiled(spec),
+        model,
         {name: value for name, value in statistic.items() if _is_given(value)},
+        places,
         notes,
     )
+
+
+def _read(path: Path, places: Sequence[Place], notes: list[str]) -> Any:
+    """Returns the `mujoco.MjSpec` of a file."""
+    if places and places[0].tag == "robot":
+        return mjcf_urdf.read(path, notes)
+    return mujoco.MjSpec.from_file(str(path.resolve()))
 
 
 def _is_given(value: Any) -> bool:
@@ -61,88 +80,8 @@ def _undecorate(spec: Any) -> None:
             spec.delete(each)
     for material in spec.materials:
         material.textures = ["" for _ in material.textures]
-
-
-def _without_missing(spec: Any, notes: list[str]) -> None:
-    """Takes out geoms that only draw a mesh whose file is missing.
-
-    Raises:
-      ValueError: a missing mesh is needed for contacts or for a body's mass.
-    """
-    missing = {str(mesh.name): mesh for mesh in spec.meshes if _is_missing(spec, mesh)}
-    bodies: list[str] = []
-    paired = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
-    for geom in list(spec.geoms):
-        mesh = missing.get(str(geom.meshname))
-        if mesh is None:
-            continue
-        body, file = str(geom.parent.name) or "without a name", str(mesh.file)
-        if geom.contype or geom.conaffinity or (geom.name and geom.name in paired):
-            raise ValueError(
-                f"{_where(geom)}the mesh {file} is missing, and body {body} collides by it; add "
-                'the file, or set contype="0" conaffinity="0" and let primitive geoms collide'
-            )
-        if _has_mass(spec, geom):
-            raise ValueError(
-                f"{_where(geom)}the mesh {file} is missing, and the mass of body {body} comes "
-                "from it; add the file, or give the body an <inertial>"
-            )
-        bodies.append(body)
-        spec.delete(geom)
-    for site in spec.sites:
-        if str(site.meshname) in missing:
-            site.meshname, site.type = "", mujoco.mjtGeom.mjGEOM_SPHERE
-    if bodies:
-        files = [_place(spec, mesh) for mesh in missing.values()]
-        notes.append(_missing_note(files, list(dict.fromkeys(bodies))))
-    for mesh in missing.values():
-        spec.delete(mesh)
-
-
-def _missing_note(files: list[Path], bodies: list[str]) -> str:
-    if len(files) == 1:
-        return f"The mesh {files[0]} is missing; {_bodies(bodies)} drawn without it."
-    return (
-        f"{len(files)} meshes are missing, {files[0]} among them; {_bodies(bodies)} drawn without "
-        "them."
-    )
-
-
-def _bodies(names: list[str]) -> str:
-    if len(names) == 1:
-        return f"body {names[0]} is"
-    shown = ", ".join(names[:3])
-    return (
-        f"bodies {shown} and {len(names) - 3} more are"
-        if len(names) > 3
-        else (f"bodies {', '.join(names[:-1])} and {names[-1]} are")
-    )
-
-
-def _is_missing(spec: Any, mesh: Any) -> bool:
-    return bool(mesh.file) and not _place(spec, mesh).is_file()
-
-
-def _place(spec: Any, mesh: Any) -> Path:
-    """Returns where MuJoCo looks for the file of a mesh."""
-    folder = Path(str(spec.modelfiledir), str(mesh.compiler.meshdir))
-    return Path(os.path.normpath(folder / str(mesh.file)))
-
-
-def _has_mass(spec: Any, geom: Any) -> bool:
-    """Returns whether a geom has a share in its body's mass."""
-    compiler = geom.compiler
-    always = compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
-    if geom.parent.explicitinertial and not always:
-        return False
-    if compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE:
-        return False
-    first, last = spec.compiler.inertiagrouprange
-    heavy = geom.density if math.isnan(geom.mass) else geom.mass
-    return bool(heavy) and bool(first <= int(geom.group) <= last)
-
-
-def _where(element: Any) -> str:
-    """Returns the line of an element, as far as MuJoCo knows it."""
-    line = str(element.info).partition("line ")[2].split()
-    return f"line {line[0]}: " if line and line[0] != "0" else ""
+    for number in list(spec.numerics):
+        # Gymnasium's way to say in which pose a trial starts.
+        if number.name == "init_qpos" and not any(key.name == "init" for key in spec.keys):
+            spec.add_key(name="init", qpos=number.data)
+        spec.delete(number)

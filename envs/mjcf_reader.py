@@ -5,9 +5,20 @@ All else is derived from that text alone: it is in every run, and read back thro
 """
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from mjxwalk.envs import body_xml, mjcf_kept, mjcf_opening, mjcf_writer
+from mjxwalk.envs import (
+    mjcf_added_motors,
+    mjcf_kept,
+    mjcf_meshes,
+    mjcf_lines,
+    mjcf_messages,
+    mjcf_notes,
+    mjcf_opening,
+    mjcf_robot,
+    mjcf_source,
+    mjcf_writer,
+)
 
 
 class BodyFile(NamedTuple):
@@ -16,10 +27,18 @@ class BodyFile(NamedTuple):
     Attributes:
       text: MJCF that refers to no other file, and that `body_xml.checked` lets through.
       notes: what of the file is not taken or is replaced, as sentences for users.
+      points: what contact law `points` leaves out or replaces besides, as sentences.
+      places: the elements of the file.
     """
 
     text: str
     notes: tuple[str, ...]
+    points: tuple[str, ...]
+    places: tuple[mjcf_lines.Place, ...]
+
+    def located(self, sentence: str) -> str:
+        """Returns a sentence about the text that begins with the line of the file it is about."""
+        return mjcf_lines.located(self.places, sentence)
 
 
 def read(path: Path) -> BodyFile:
@@ -30,47 +49,19 @@ def read(path: Path) -> BodyFile:
     """
     found = mjcf_opening.opened(path)
     notes = found.notes
-    root = _robot(found.model, notes)
+    root = mjcf_robot.find(found.model, notes)
     kept = mjcf_kept.kept(found.model, root, found.statistic)
-    text = mjcf_writer.text(kept, {}, {}, {})
-    body_xml.checked(text)
-    return BodyFile(text, tuple(notes))
-
-
-def _robot(model: Any, notes: list[str]) -> int:
-    """Returns the body whose tree has the most joints.
-
-    Raises:
-      ValueError: there are no bodies, none has a joint, or two trees have as many.
-    """
-    roots = [body for body in range(1, model.nbody) if not model.body_parentid[body]]
-    if not roots:
-        raise ValueError("it has no bodies; a robot is a <body> with joints in <worldbody>")
-    joints = {
-        root: sum(
-            int(model.body_jntnum[body])
-            for body in range(1, model.nbody)
-            if mjcf_kept.top(model, body) == root
-        )
-        for root in roots
-    }
-    most = max(joints.values())
-    best = [root for root in roots if joints[root] == most]
-    names = [str(model.body(root).name) or f"number {root}" for root in roots]
-    if most == 0:
-        raise ValueError("it has no joints; a robot needs some to walk")
-    if len(best) > 1:
-        one, two = (names[roots.index(each)] for each in best[:2])
-        raise ValueError(
-            f"the bodies {one} and {two} have as many joints each, {most}; leave one robot in it"
-        )
-    for root, name in zip(roots, names, strict=True):
-        if root == best[0]:
-            continue
-        if model.body_mocapid[root] >= 0:
-            notes.append(f"Body {name} is moved from outside (mocap); it is left out.")
-        elif joints[root]:
-            notes.append(f"Body {name} moves beside the robot; it is left out.")
-        else:
-            notes.append(f"Body {name} stands beside the robot; it is left out.")
-    return best[0]
+    mjcf_robot.check(kept)
+    mjcf_robot.note_scenery(kept, notes)
+    shapes, hulls = mjcf_meshes.shapes(kept)
+    text = mjcf_writer.text(kept, shapes, hulls, {})
+    if not kept.actuators:
+        motors, note = mjcf_added_motors.of_body(kept, text)
+        notes += [note] if note else []
+        text = mjcf_writer.text(kept, shapes, hulls, {"actuator": motors})
+    try:
+        mjcf_source.model(text)
+    except ValueError as error:
+        raise ValueError(mjcf_messages.sentence(str(error), found.places)) from None
+    points = mjcf_notes.of_points(kept, found.places)
+    return BodyFile(text, tuple(notes), points, tuple(found.places))

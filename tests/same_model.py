@@ -58,7 +58,7 @@ def assert_moves_alike(one: Any, other: Any, num_steps: int = 100, close: float 
     noise = np.random.default_rng(0)
     datas = [mujoco.MjData(model) for model in (one, other)]
     for model, data in zip((one, other), datas, strict=True):
-        if model.nkey:
+        if one.nkey:
             mujoco.mj_resetDataKeyframe(model, data, 0)
     for _ in range(num_steps):
         ctrl = noise.uniform(-1.0, 1.0, one.nu)

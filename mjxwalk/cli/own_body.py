@@ -60,9 +60,12 @@ def put(experiment: Any, path: Path) -> Any:
         if file.is_dir() or not isinstance(getattr(experiment, "env", None), MjcfEnv):
             return own_body.with_body(experiment, read(file))
         found = mjcf_reader.read(file)
-        changed = own_body.with_body(experiment, found.text)
     except ValueError as error:
         raise RunError(f"{path}: {error}") from None
-    for note in found.notes:
+    try:
+        changed = own_body.with_body(experiment, found.text)
+    except ValueError as error:
+        raise RunError(f"{path}: {found.located(str(error))}") from None
+    for note in (*found.notes, *found.points):
         print(f"{path}: {note}", file=sys.stderr)
     return changed
