@@ -20,7 +20,6 @@ TAGS: Mapping[str, Sequence[str]] = {  # of what MuJoCo and sentences call other
     "actuator": "motor position velocity intvelocity general damper muscle cylinder adhesion "
     "plugin".split(),
 }
-_DEEPEST = 20  # files that include each other; ours
 
 
 class Place(NamedTuple):
@@ -45,7 +44,7 @@ class Place(NamedTuple):
 def places(path: Path) -> list[Place]:
     """Returns the elements of a file and of those that it includes, as far as they are XML."""
     found: list[Place] = []
-    _scan(path.resolve().parent, path.name, "", found, 0)
+    _scan(path.resolve().parent, path.name, "", found, set())
     return found
 
 
@@ -81,13 +80,16 @@ def located(found: Sequence[Place], sentence: str) -> str:
     return sentence
 
 
-def _scan(folder: Path, name: str, shown: str, found: list[Place], depth: int) -> None:
+def _scan(folder: Path, name: str, shown: str, found: list[Place], seen: set[str]) -> None:
+    if name in seen:  # MuJoCo lets no file be included twice
+        return
+    seen.add(name)
     parser = expat.ParserCreate()
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         found.append(Place(tag, attributes, parser.CurrentLineNumber, shown))
-        if tag == "include" and depth < _DEEPEST and "file" in attributes:
-            _scan(folder, attributes["file"], attributes["file"], found, depth + 1)
+        if tag == "include" and "file" in attributes:
+            _scan(folder, attributes["file"], attributes["file"], found, seen)
 
     parser.StartElementHandler = start
     try:

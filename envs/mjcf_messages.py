@@ -53,11 +53,15 @@ _SAID: Sequence[tuple[str, str]] = (
     ),
     (r"Schema violation: unrecognized element", "<{tag}> has no place there; remove it"),
     (
+        r"File '(.*)' already included",
+        r"the file \1 is included twice, which MuJoCo cannot; include it once",
+    ),
+    (
         r"mesh '(.*)' has coplanar vertices.*",
         r"the mesh \1 is flat, and cannot collide; use a thin box, or a plane, in its place",
     ),
     (
-        r"(?:\S+ )?(?:decoder|'.*'):? .*(?:header|decode|read).*",
+        r"\w+_decoder: .*",
         "the file of mesh {name} cannot be read; replace it",
     ),
 )

@@ -9,6 +9,7 @@ from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.mjcf_kept import Kept
 from mjxwalk.envs.mjcf_lines import Place, one_of
 
+_HOLDING = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
 _SHOWN = 3  # names of a list; the rest are counted
 
 
@@ -127,6 +128,15 @@ def _of_constraints(kept: Kept, places: Sequence[Place]) -> list[str]:
                 place,
             )
         )
+    held = [
+        str(model.equality(each).name)
+        for each in kept.equalities
+        if int(model.eq_type[each]) in _HOLDING and model.eq_active0[each]
+    ]
+    if held:
+        text = listed("constraint", held, "holds nothing together", "hold nothing together")
+        place = one_of(places, name=held[0]) if len(held) == 1 and held[0] else None
+        found.append(said(f"{text}; contact law points has no <connect> and <weld>", place))
     joints = int(mujoco.mjtEq.mjEQ_JOINT)
     coupled = [
         kept.joints[int(model.eq_obj1id[each])]

@@ -4,10 +4,13 @@ All else is derived from that text alone: it is in every run, and read back thro
 `body_xml.py` only.
 """
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from mjxwalk.envs import (
+    body_xml,
     mjcf_added_motors,
     mjcf_kept,
     mjcf_meshes,
@@ -59,9 +62,18 @@ def read(path: Path) -> BodyFile:
         motors, note = mjcf_added_motors.of_body(kept, text)
         notes += [note] if note else []
         text = mjcf_writer.text(kept, shapes, hulls, {"actuator": motors})
+    _check(text, found.places)
+    points = mjcf_notes.of_points(kept, found.places)
+    return BodyFile(text, tuple(notes), points, tuple(found.places))
+
+
+def _check(text: str, places: Sequence[mjcf_lines.Place]) -> None:
+    """Raises ValueError unless the text may be a body's, and MuJoCo can compile it."""
+    try:
+        body_xml.checked(text)
+    except ValueError as error:  # whose line is that of the text
+        raise ValueError(re.sub(r"^line \d+: ", "", str(error))) from None
     try:
         mjcf_source.model(text)
     except ValueError as error:
-        raise ValueError(mjcf_messages.sentence(str(error), found.places)) from None
-    points = mjcf_notes.of_points(kept, found.places)
-    return BodyFile(text, tuple(notes), points, tuple(found.places))
+        raise ValueError(mjcf_messages.sentence(str(error), places)) from None

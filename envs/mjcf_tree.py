@@ -157,6 +157,8 @@ def _is_planar(model: Any) -> bool:
 
 def _moves(kinds: list[str]) -> str:
     """Returns how joints of these kinds let a root move."""
+    if sorted(kinds) == ["hinge", "slide", "slide"]:
+        return "moves in another plane than that of x and z"
     nums = [(kind, kinds.count(kind)) for kind in sorted(set(kinds), reverse=True)]
     words = [f"one {kind}" if num == 1 else f"{num} {kind}s" for kind, num in nums]
     return f"moves by {' and '.join(words)} alone" if words else "is fixed to the world"

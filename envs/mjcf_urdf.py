@@ -18,7 +18,10 @@ def read(path: Path, notes: list[str]) -> Any:
     Raises:
       ValueError: MuJoCo cannot read it.
     """
-    robot = ElementTree.parse(path).getroot()
+    try:
+        robot = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise ValueError(f"it is no XML ({error}); correct it") from None
     own = robot.find("mujoco/compiler")
     given = {} if own is None else dict(own.attrib)
     meshes = Path(given.pop("meshdir", ""))

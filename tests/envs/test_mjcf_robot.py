@@ -57,3 +57,15 @@ def test_plugins_are_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(ValueError, match="actuator pid is run by a plugin"):
         read(tmp_path, ROBOT.format(name="robot", inside=""), after)
+
+
+def test_too_many_bodies_are_refused(tmp_path: Path) -> None:
+    spurs = "".join(f'<body name="spur_{num}"><geom size="0.1"/></body>' for num in range(100))
+    with pytest.raises(ValueError, match="^<body> is one too many; a body may have"):
+        read(tmp_path, ROBOT.format(name="robot", inside=spurs))
+
+
+def test_files_that_include_each_other_end(tmp_path: Path) -> None:
+    (tmp_path / "part.xml").write_text('<mujoco><include file="part.xml"/></mujoco>')
+    with pytest.raises(ValueError, match=r"the file part\.xml is included twice"):
+        read(tmp_path, "", '<include file="part.xml"/>')

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from mjxwalk.envs import MjcfEnv, mjcf_reader
 from mjxwalk.envs._mujoco import mujoco
@@ -61,3 +62,9 @@ def test_a_mesh_beside_the_file_needs_no_package(tmp_path: Path) -> None:
     text = URDF.read_text().replace("package://biped_description/meshes/", "")
     (tmp_path / "biped.urdf").write_text(text)
     assert model_of(tmp_path / "biped.urdf").nmesh == 2
+
+
+def test_a_broken_file_is_refused_with_the_line(tmp_path: Path) -> None:
+    (tmp_path / "biped.urdf").write_text(URDF.read_text().replace("</robot>", "</robo>"))
+    with pytest.raises(ValueError, match=r"it is no XML .*line \d+"):
+        mjcf_reader.read(tmp_path / "biped.urdf")
