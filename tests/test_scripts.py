@@ -43,6 +43,7 @@ INTEGRATORS = load("compare_integrators").CompareIntegrators
 REIL_TABLE = load("reil_table").ReilTable
 SPATIAL = load("spatial_table").SpatialTable
 OSCILLATORS = load("ship_oscillators").ShipOscillators
+BODY_FILES = load("body_files").BodyFiles
 
 
 @pytest.fixture(autouse=True)
@@ -249,3 +250,14 @@ def test_no_run_is_one_sentence(
     capsys.readouterr()
     assert cli.run(program, command, ["nowhere"]) == 2
     assert capsys.readouterr().err.startswith(f"{program}: nowhere does not exist")
+
+
+def test_body_files_tells_what_walks_and_why_not(capsys: pytest.CaptureFixture[str]) -> None:
+    folder = Path(__file__).parent / "envs/bodies_read/cases"
+    names = [str(folder / f"{name}.xml") for name in ("rk4", "zero_mass")]
+    args = [*names, "--under", str(folder), "--seconds", "0", "--notes"]
+    capsys.readouterr()
+    assert cli.run("body_files.py", BODY_FILES, args) == 0
+    *_, walks, refused = capsys.readouterr().out.splitlines()
+    assert walks.startswith("| `rk4.xml` | walks: 2 legs, 6 motors<br>Line 3: the integrator RK4")
+    assert refused.startswith("| `zero_mass.xml` | refused: line 6: body wheel moves and has no")
