@@ -38,13 +38,18 @@ class BodyFiles:
         """Prints the table and returns the exit code."""
         print("| file | what comes of it |\n| --- | --- |")
         for path in self.files:
-            name = path.relative_to(self.under) if self.under else path
+            name = _from(self.under, path) if self.under else path
             told, notes = tell(path, self.seconds)
             lines = [told, *(notes if self.notes else ())]
             shown = "<br>".join(line.replace("<", "&lt;") for line in lines)
             folder = str(path.resolve().parent) + os.sep
             print(f"| `{name.as_posix()}` | {shown.replace(folder, '')} |", flush=True)
         return 0
+
+
+def _from(folder: Path, path: Path) -> Path:
+    folder, path = folder.absolute(), path.absolute()
+    return path.relative_to(folder) if path.is_relative_to(folder) else path
 
 
 def tell(path: Path, seconds: float) -> tuple[str, tuple[str, ...]]:
