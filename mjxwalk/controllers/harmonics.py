@@ -59,10 +59,6 @@ class Harmonics(Policy):
             jnp.zeros(()),
         )
 
-    def pace(self, genotype: Swing, /) -> Float[Array, ""]:
-        """Returns the gene of the clock's frequency."""
-        return genotype.pace
-
     def respond(
         self,
         genotype: Swing,

@@ -37,10 +37,6 @@ class LinearFeedback(Policy):
         weights[:, num] = self.lift
         return FeedbackWeights(jnp.asarray(weights), jnp.zeros(len(self.rows)), jnp.zeros(()))
 
-    def pace(self, genotype: FeedbackWeights, /) -> Float[Array, ""]:
-        """Returns the gene of the clock's frequency."""
-        return genotype.pace
-
     def respond(
         self,
         genotype: FeedbackWeights,

@@ -65,10 +65,6 @@ class Mlp(Policy):
             jnp.zeros(()),
         )
 
-    def pace(self, genotype: Layers, /) -> Float[Array, ""]:
-        """Returns the gene of the clock's frequency."""
-        return genotype.pace
-
     def respond(
         self,
         genotype: Layers,

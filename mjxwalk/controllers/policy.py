@@ -58,9 +58,9 @@ class Policy(Controller):
         if self.moved not in ("legs", "all"):
             raise ValueError(f'moved must be "legs" or "all", got "{self.moved}"')
 
-    @abc.abstractmethod
     def pace(self, genotype: Any, /) -> Float[Array, ""]:
-        """Returns the gene of the clock's frequency."""
+        """Returns the gene of the clock's frequency; 0 of a policy that reads no clock."""
+        return getattr(genotype, "pace", jnp.zeros(()))
 
     @abc.abstractmethod
     def respond(

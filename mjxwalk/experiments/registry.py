@@ -42,6 +42,9 @@ EXPERIMENTS = {
     ANY_BODY: Entry(
         ".walk", "WALK", "any body (--body FILE or NAME), linear feedback to joint targets"
     ),
+    "walk-mlp": Entry(".walk", "WALK_MLP", "the same, by a perceptron of two hidden layers"),
+    "walk-harmonics": Entry(".walk", "WALK_HARMONICS", "the same, by harmonics of a clock alone"),
+    "walk-ctrnn": Entry(".walk", "WALK_CTRNN", "the same, by a recurrent pattern generator"),
     "planar-lpd": Entry(".solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),
     "planar-fil": Entry(".solomon", "PLANAR_FIL", "planar walker, all links, slightly rough"),
     "solomon-3d": Entry(".solomon_3d", "SOLOMON_3D", "spatial walker, slightly rough ground"),

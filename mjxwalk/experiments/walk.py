@@ -7,7 +7,7 @@ import dataclasses
 from typing import Any
 
 from mjxwalk import robots
-from mjxwalk.controllers.linear_feedback import LinearFeedback
+from mjxwalk.controllers import Harmonics, LinearFeedback, Mlp, PatternGenerator, Policy
 from mjxwalk.envs import MjcfEnv, mjcf_reader
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
 from mjxwalk.experiments.goal import Goal
@@ -66,4 +66,12 @@ def _period(controller: Any, fresh: Any) -> dict[str, float]:
     return {"period": fresh.period} if hasattr(controller, "period") else {}
 
 
+def _by(name: str, policy: Policy) -> Experiment:
+    policy = dataclasses.replace(policy, period=WALK.controller.period)
+    return dataclasses.replace(WALK, name=name, controller=policy)
+
+
 WALK = of_body(mjcf_reader.read(robots.path(USUAL_BODY)).text)
+WALK_MLP = _by(f"{NAME}-mlp", Mlp())
+WALK_HARMONICS = _by(f"{NAME}-harmonics", Harmonics())
+WALK_CTRNN = _by(f"{NAME}-ctrnn", PatternGenerator())
