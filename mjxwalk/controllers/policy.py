@@ -6,7 +6,7 @@ the same seen in a mirror, half a period later. So a gait is found once, not for
 
 import abc
 import dataclasses
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -85,7 +85,7 @@ class Policy(Controller):
         del genotype
         return None
 
-    def on(self, env: Any) -> Self:
+    def on(self, env: Any) -> "Policy":
         """Returns the policy for a body.
 
         Raises:
