@@ -28,10 +28,12 @@ from mjxwalk.envs.trial import Trial, TrialState
 SINK = 0.004  # of four points of the feet that carry it, in heights
 STOP_STIFFNESS = 4.0  # of joints' limits, in weights times heights a rad
 STOP_TIME = 0.04  # of their damping over their stiffness
-STEP = 0.006  # of the physics
-SPEED = 0.25  # that is wanted
-LEAST_SPEED = 0.08  # below which a walker falls behind
+STEP = 0.011  # of the physics
+SPEED = 0.28  # that is wanted
+LEAST_SPEED = 0.14  # below which a walker falls behind
+MOST_LAG = 2.0  # heights that it may fall behind
 FLIGHT = 0.3  # without ground contact
+MOST_FRICTION = 1.0  # a file's feet may say more, and ground like that is rare
 CLEARANCE = 0.05  # of a foot in the air, that is wanted
 FINEST, COARSEST = 0.0005, 0.002  # s; of the physics
 
@@ -119,7 +121,7 @@ class MjcfEnv(LeggedEnv):
             "contact": SoftContact(
                 stiffness=_rounded(stiffness),
                 damping=_rounded(np.sqrt(stiffness * mass / 4)),
-                friction=0.8,
+                friction=_rounded(min(MOST_FRICTION, mjcf_tree.friction(text))),
             ),
             "joint_stop": JointStop(
                 stiffness=_rounded(stop), damping=_rounded(STOP_TIME * time * stop)
@@ -127,7 +129,7 @@ class MjcfEnv(LeggedEnv):
             "timestep": float(np.clip(_rounded(STEP * time, 1), FINEST, COARSEST)),
             "max_flight_time": _rounded(FLIGHT * time),
             "min_speed": _rounded(LEAST_SPEED * pace),
-            "max_lag": _rounded(height),
+            "max_lag": _rounded(MOST_LAG * height),
             "terms": FitnessTerms(
                 speed=_rounded(SPEED * pace), clear_height=_rounded(CLEARANCE * height)
             ),

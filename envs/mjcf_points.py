@@ -91,6 +91,20 @@ def may_touch(model: Any, geom: int) -> bool:
     )
 
 
+def friction_of(model: Any, bodies: list[int]) -> float:
+    """Returns the least friction coefficient of a foot's geoms that may touch the ground.
+
+    It is MuJoCo's usual one where none of them may.
+    """
+    found = [
+        float(model.geom_friction[geom][0])
+        for body in bodies
+        for geom in geoms_of(model, body)
+        if may_touch(model, geom)
+    ]
+    return min(found, default=1.0)
+
+
 def of_foot(pose: Pose, bodies: list[int], *, planar: bool, reach: float) -> list[Point]:
     """Returns the points of a foot: its sites that are named so, or points of its geoms.
 

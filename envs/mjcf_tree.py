@@ -106,6 +106,13 @@ def of_text(text: str) -> FileTree:
     )
 
 
+def friction(text: str) -> float:
+    """Returns the least friction coefficient of the feet."""
+    tree = of_text(text)
+    model = tree.source.model
+    return min(mjcf_points.friction_of(model, list(leg.foot)) for leg in tree.legs)
+
+
 def _check_world(model: Any) -> None:
     if model.nbody < 2:
         raise ValueError("the file has no body; add one to <worldbody>")

@@ -73,8 +73,12 @@ BODIES: Mapping[str, ShippedBody] = {
         summary="a human's trunk and legs in the plane, 1.75 m and 70 kg, 6 torque motors",
         source="Solomon, Locascio and Hartmann (2013), Table 1",
     ),
+    "flame": ShippedBody(
+        summary="the robot Flame's trunk and legs, 1.1 m and 15 kg, given 10 torque motors",
+        source="Solomon, Locascio and Hartmann (2013), section 2.6",
+    ),
 }
-_OF_OWN = ("planar7",)  # whose files lie beside the code that simulates them
+_OF_OWN = ("planar7", "flame")  # whose files lie beside the code that simulates them
 
 
 def names() -> list[str]:
