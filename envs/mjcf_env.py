@@ -33,6 +33,9 @@ SPEED = 0.28  # that is wanted
 LEAST_SPEED = 0.14  # below which a walker falls behind
 MOST_LAG = 2.0  # heights that it may fall behind
 FLIGHT = 0.3  # without ground contact
+# What a second at the wanted speed is worth, beside 1 for not falling, and costs: sideways, and with
+# a cost of transport of 1.
+DISTANCE_WORTH, DRIFT_COST, WORK_COST = 0.44, 0.26, 0.09
 MOST_FRICTION = 1.0  # a file's feet may say more, and ground like that is rare
 CLEARANCE = 0.05  # of a foot in the air, that is wanted
 FINEST, COARSEST = 0.0005, 0.002  # s; of the physics
@@ -131,7 +134,11 @@ class MjcfEnv(LeggedEnv):
             "min_speed": _rounded(LEAST_SPEED * pace),
             "max_lag": _rounded(MOST_LAG * height),
             "terms": FitnessTerms(
-                speed=_rounded(SPEED * pace), clear_height=_rounded(CLEARANCE * height)
+                speed=_rounded(SPEED * pace),
+                clear_height=_rounded(CLEARANCE * height),
+                distance=_rounded(DISTANCE_WORTH / (SPEED * pace)),
+                drift=_rounded(-DRIFT_COST / (SPEED * pace)),
+                work=_rounded(-WORK_COST * height / (SPEED * pace)),
             ),
         }
         return cls(body=text, **{**derived, **settings})

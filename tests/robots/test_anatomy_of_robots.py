@@ -150,7 +150,9 @@ def test_feet_are_long_and_have_few_points(name: str) -> None:
         assert (turn @ (toe - heel))[0] == pytest.approx(length, rel=0.15)
 
 
-@pytest.mark.parametrize("name", [each for each in robots.names() if each not in ("planar7", "flame")])
+@pytest.mark.parametrize(
+    "name", [each for each in robots.names() if each not in ("planar7", "flame")]
+)
 def test_the_start_is_home_with_knees_bent(name: str) -> None:
     env = env_of(name)
     model = mujoco.MjModel.from_xml_path(str(robots.path(name)))
