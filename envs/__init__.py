@@ -5,6 +5,8 @@ from mjxwalk.envs.bodies import BODIES, Flame, Planar7, Reil
 from mjxwalk.envs.bodies.reil_state import HipTargets
 from mjxwalk.envs.bodies.reil_trials import TrialVariation
 from mjxwalk.envs.contact import ContactForce, SoftContact
+from mjxwalk.envs.course import Course
+from mjxwalk.envs.course_parts import Gaps, Slope, Stairs, Stretches
 from mjxwalk.envs.fitness_terms import FitnessTerms
 from mjxwalk.envs.joint_stop import JointStop, StopTorque
 from mjxwalk.envs.legged import LeggedEnv
@@ -24,8 +26,10 @@ __all__ = [
     "Anatomy",
     "BodyObservation",
     "ContactForce",
+    "Course",
     "Flame",
     "FitnessTerms",
+    "Gaps",
     "HipTargets",
     "JointStop",
     "LeggedEnv",
@@ -35,10 +39,13 @@ __all__ = [
     "RandomWalk",
     "Reil",
     "SerpentineWalk",
+    "Slope",
     "SoftContact",
     "SpatialObservation",
+    "Stairs",
     "State",
     "StopTorque",
+    "Stretches",
     "Terrain",
     "Trial",
     "TrialState",

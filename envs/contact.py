@@ -8,7 +8,7 @@ are two, and friction's limit is a cone.
 """
 
 import dataclasses
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -21,8 +21,8 @@ class ContactForce(NamedTuple):
     """What the ground does to one point.
 
     Attributes:
-      tangential: force along the ground, N; a number in the plane, x and y in space.
-      normal: upward force, N; never pulls.
+      tangential: level force, N; a number in the plane, x and y in space.
+      normal: upward force, N; level ground never pulls.
       added_mass: point mass that stands for the implicit part of the law, kg.
       stretch: tangential spring's stretch after slipping, m; zero in the air.
       touching: whether the point is below the ground.
@@ -33,6 +33,18 @@ class ContactForce(NamedTuple):
     added_mass: Float[Array, ""]
     stretch: Float[Array, "*plane"]
     touching: Bool[Array, ""]
+
+
+class Footing(NamedTuple):
+    """Other soil at a place: by what the law of contact is multiplied there.
+
+    Attributes:
+      stiffness: factor of spring and damper.
+      friction: factor of the coefficient.
+    """
+
+    stiffness: Float[Array, ""]
+    friction: Float[Array, ""]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -61,6 +73,7 @@ class SoftContact:
         *,
         timestep: float,
         implicit: bool,
+        footing: Footing | None = None,
     ) -> ContactForce:
         """Returns the force on a point.
 
@@ -76,18 +89,20 @@ class SoftContact:
           stretch: tangential spring's stretch at the end of the last step, m.
           timestep: s.
           implicit: whether spring and damper are taken at the end of the step.
+          footing: other soil; None for that of this law.
         """
-        damping = self.damping + (self.stiffness * timestep if implicit else 0.0)
+        stiffness, damping, friction = self._at(footing)
+        damping = damping + (stiffness * timestep if implicit else 0.0)
         tangential_velocity, upward_velocity = velocity
         touching = depth > 0.0
-        normal = self.stiffness * depth - damping * upward_velocity
+        normal = stiffness * depth - damping * upward_velocity
         pushing = touching & (normal > 0.0)
         normal = jnp.where(pushing, normal, 0.0)
         stretch = stretch + timestep * tangential_velocity
-        limit = self.friction * normal
-        sticking = -self.stiffness * stretch - damping * tangential_velocity
+        limit = friction * normal
+        sticking = -stiffness * stretch - damping * tangential_velocity
         mass = timestep * damping if implicit else 0.0
-        longest = limit / self.stiffness
+        longest = limit / stiffness
         return ContactForce(
             tangential=_within(limit, sticking),
             normal=normal,
@@ -95,6 +110,13 @@ class SoftContact:
             stretch=jnp.where(touching, _within(longest, stretch), 0.0),
             touching=touching,
         )
+
+    def _at(self, footing: Footing | None) -> tuple[Any, Any, Any]:
+        """Returns stiffness, damping and friction on some soil."""
+        if footing is None:
+            return self.stiffness, self.damping, self.friction
+        softer = footing.stiffness
+        return softer * self.stiffness, softer * self.damping, footing.friction * self.friction
 
 
 def _within(limit: Float[Array, ""], vector: Float[Array, "*plane"]) -> Float[Array, "*plane"]:

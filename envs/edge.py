@@ -87,7 +87,7 @@ def check_terrain(terrain: Any, nodes: tuple[int, ...]) -> None:
     Raises:
       ValueError: the table has another shape, or the row is none of it.
     """
-    heights, row = terrain
+    heights, row, *_ = terrain
     found, least = jnp.shape(heights), (1, *nodes)
     if len(found) != len(least) or any(n < m for n, m in zip(found, least, strict=True)):
         wanted = ", ".join(map(str, nodes))
@@ -97,3 +97,10 @@ def check_terrain(terrain: Any, nodes: tuple[int, ...]) -> None:
         raise ValueError(f"row must be one whole number, got {dtype} of shape {shape}")
     if not isinstance(row, Tracer) and not 0 <= int(row) < heights.shape[0]:
         raise ValueError(f"row must be from 0 to {heights.shape[0] - 1}, got {row}")
+
+
+def check_course(terrain: Any, least: tuple[int, int]) -> None:
+    """Raises ValueError unless there is a course for each terrain, of these nodes and channels."""
+    found, wanted = jnp.shape(terrain.course), (jnp.shape(terrain.heights)[0], *least)
+    if found != wanted:
+        raise ValueError(f"course must have shape {wanted}, got {found}")

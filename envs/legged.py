@@ -18,12 +18,15 @@ from mjxwalk.envs import dynamics, edge, ending, motor, trial
 from mjxwalk.envs.contact import ContactForce
 from mjxwalk.envs.ending import Ending
 from mjxwalk.envs.legged_body import LeggedBody
+from mjxwalk.envs.soil import Soil
 from mjxwalk.envs.state import State
-from mjxwalk.envs.trees import Instant, Loads, Soil
+from mjxwalk.envs.trees import Instant, Loads
 from mjxwalk.envs.trial import Trial, Trials
 
 # ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
 MAX_SLIDE_SPEED, MAX_TURN_SPEED = 50.0, 1000.0  # m/s, rad/s
+# Folded into the key of the random ground, it leads to draws of their own.
+COURSE = 0x636F7572
 
 
 class Driven(NamedTuple):
@@ -47,7 +50,17 @@ class LeggedEnv(LeggedBody):
         terrain = self.terrain
         if roughness is not None and roughness != terrain.roughness:
             terrain = dataclasses.replace(terrain, roughness=roughness)
-        return Trials(terrain.sample(key, num))
+        return self.equipped(key, Trials(terrain.sample(key, num)))
+
+    def equipped(self, key: PRNGKeyArray, trials: Trials) -> Trials:
+        """Returns trials with what the settings add to the random ground.
+
+        Args:
+          key: that the grounds were drawn by; other draws come of it here.
+          trials: on random ground.
+        """
+        course = self.course.sample(jax.random.fold_in(key, COURSE), trials.num)
+        return trials._replace(course=course)
 
     def level_trials(self, num: int = 1) -> Trials:
         """Returns trials on level ground from the usual start."""
@@ -70,6 +83,8 @@ class LeggedEnv(LeggedBody):
           ValueError: the ground or the start's draws have another shape than the body's.
         """
         edge.check_terrain(given.ground, self._nodes)
+        if given.ground.course is not None:
+            edge.check_course(given.ground, (self.course.num_nodes, self.course.num_channels))
         if given.start is not None:
             like = jax.ShapeDtypeStruct((len(self.START_DEPARTURES),), float)
             edge.check_shapes("start", given.start, like)
@@ -157,7 +172,7 @@ class LeggedEnv(LeggedBody):
         Steps take the law implicitly; what they apply is this, up to what a step changes.
         """
         tree = self._tree
-        soil = Soil(self.terrain, given.ground, self.contact, 0.0, implicit=False)
+        soil = self._soil(given, 0.0, implicit=False)
         contact, _ = tree.touch(state, tree.see(state), soil)
         along = contact.tangential
         if along.ndim == 1:
@@ -200,13 +215,17 @@ class LeggedEnv(LeggedBody):
         """Returns the body at this instant, what the ground does to it, and all loads on it."""
         tree = self._tree
         now = tree.see(state)
-        soil = Soil(self.terrain, given.ground, self.contact, self.timestep, self.implicit)
+        soil = self._soil(given, self.timestep, implicit=self.implicit)
         contact, loads = tree.touch(state, now, soil)
         return now, contact, {**loads, **self.carried(state, now, given)}
 
     def _full(self, action: Any) -> Any:
         """Returns the action that numbers from -1 to 1 stand for; others as they are."""
         return action if isinstance(action, tuple) else self.scaled_action(action)
+
+    def _soil(self, given: Trial, timestep: float, *, implicit: bool) -> Soil:
+        """Returns the ground of a trial, its law taken over such a step."""
+        return Soil(self.terrain, self.course, given.ground, self.contact, timestep, implicit)
 
     def _check_action(self, action: Any) -> None:
         """Raises ValueError unless an action has a number for each motor."""
@@ -221,7 +240,7 @@ class LeggedEnv(LeggedBody):
     def _has_fallen(self, after: State, given: Trial) -> Bool[Array, ""]:
         root = self.anatomy.root
         across = None if root.sideways is None else after.qpos[root.sideways]
-        ground = self.terrain.height(given.ground, after.qpos[root.forward], across)
+        ground = self.ground_height(given, after.qpos[root.forward], across)
         fallen = self.is_low(after, ground)
         for turn, limit in self.max_tilt.items():
             fallen |= jnp.abs(after.qpos[getattr(root, turn)]) > limit

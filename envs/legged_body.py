@@ -14,6 +14,7 @@ from mjxwalk.envs import checks, dynamics, motor
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import SoftContact
+from mjxwalk.envs.course import Course
 from mjxwalk.envs.ending import Ending
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.motor import Action
@@ -34,7 +35,8 @@ class LeggedBody(abc.ABC):
     """A body, its ground and the rules of a trial.
 
     Attributes:
-      terrain: shape of the ground.
+      terrain: shape of the random ground.
+      course: what lies along the way on top of that; by default nothing.
       contact: law of the ground.
       timestep: of the physics, s.
       integrator: "implicit" takes contact, joint stops, springs and the action's stiffness and
@@ -56,6 +58,7 @@ class LeggedBody(abc.ABC):
     XML_PATH: ClassVar[Path | None] = None  # of the body's file, where it is one of ours
 
     terrain: Any
+    course: Course = Course()
     contact: SoftContact
     timestep: float
     integrator: Literal["implicit", "explicit"] = "implicit"
@@ -166,6 +169,14 @@ class LeggedBody(abc.ABC):
     def fitness(self, state: State, /) -> Float[Array, ""]:
         """Returns the fitness of a walker whose trial has ended; the distance of its hip, m."""
         return state.qpos[0]
+
+    def ground_height(
+        self, given: Trial, x: Float[Array, ""], y: Float[Array, ""] | None = None
+    ) -> Float[Array, ""]:
+        """Returns the height of a trial's ground at a place, m; y is None in the plane."""
+        height = self.terrain.height(given.ground, x, y)
+        here = self.course.under(given.ground, x)
+        return height if here is None else height + here.height
 
     def ankles(self, state: State, now: Instant, /) -> Float[Array, " leg"]:
         """Returns how far each ankle is ahead of the hip, m: along x."""

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mjxwalk.envs.anatomy import Root
-from mjxwalk.envs.terrain import Patch
+from mjxwalk.envs.terrain import Patch, Terrain
 
 BEHIND, AHEAD = 3.0, 8.0  # m of ground before the first and beyond the last place; ours
 BESIDE = 0.9  # m of it to either side; ours
@@ -31,22 +31,24 @@ class Scenery(NamedTuple):
         return float(np.interp((y - self.patch.y) / spacing, np.arange(len(rows)), rows))
 
 
-def around(env: Any, heights: Any, qpos: Float[np.ndarray, "*frame coordinate"]) -> Scenery:
+def around(env: Any, ground: Terrain, qpos: Float[np.ndarray, "*frame coordinate"]) -> Scenery:
     """Returns the ground where walkers get to.
 
     Args:
       env: a `LeggedEnv`.
-      heights: of its one ground, m.
+      ground: of one walker, as `Trials.given` has it.
       qpos: of the walkers, m and rad.
     """
     root: Root = env.anatomy.root
     x = qpos[..., root.forward]
     y = np.zeros_like(x) if root.sideways is None else qpos[..., root.sideways]
+    heights, row, courses = ground
     patch = env.terrain.patch(
-        heights,
+        np.asarray(heights)[int(row)],
         (float(x.min()) - BEHIND, float(x.max()) + AHEAD),
         (float(y.min()) - BESIDE, float(y.max()) + BESIDE),
     )
+    patch = env.course.on(patch, None if courses is None else np.asarray(courses)[int(row)])
     rows = len(patch.heights)
     # Ground without rows is as wide as walkers drift.
     width = patch.spacing * (rows - 1) if rows > 1 else 2 * (BESIDE + float(np.abs(y).max()))

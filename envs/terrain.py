@@ -21,10 +21,13 @@ class Terrain(NamedTuple):
       heights: m, one terrain a row: a node every `spacing` metres along x, and in space across,
         along y.
       row: which terrain this walker walks on.
+      course: what lies along the way on top of that, a course a row, as `mjxwalk.envs.Course`
+        samples them; None for nothing.
     """
 
     heights: Float[Array, " terrain *node"]
     row: Int[Array, ""]
+    course: Float[Array, "terrain place channel"] | None = None
 
 
 class Patch(NamedTuple):

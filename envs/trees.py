@@ -13,10 +13,10 @@ from jaxtyping import Array, Float
 
 from mjxwalk.envs import dynamics, floating
 from mjxwalk.envs.anatomy import Anatomy
-from mjxwalk.envs.contact import ContactForce, SoftContact
+from mjxwalk.envs.contact import ContactForce
 from mjxwalk.envs.dynamics import PointLoad
+from mjxwalk.envs.soil import Soil
 from mjxwalk.envs.state import State
-from mjxwalk.envs.terrain import Ground, Terrain
 
 GRAVITY = 9.81  # m/s^2, as in MuJoCo
 Loads = dict[int, list[PointLoad]]  # on each body, by its number
@@ -39,16 +39,6 @@ class Touch(NamedTuple):
 
     contact: ContactForce
     loads: Loads
-
-
-class Soil(NamedTuple):
-    """The ground under one walker: its shape, its law, and how the law is stepped."""
-
-    shape: Ground
-    terrain: Terrain
-    law: SoftContact
-    timestep: float
-    implicit: bool
 
 
 @runtime_checkable
@@ -115,13 +105,10 @@ class PlanarTree(NamedTuple):
                 point = point.at[2].add(-each.radius)
             offset = dynamics.point_offset(now.data, point)
             velocity = dynamics.point_velocity(now.data, body, offset)
-            ground = soil.shape.height(soil.terrain, state.qpos[0] + point[0])
-            contact = soil.law.force(
-                ground - (state.qpos[1] + point[2]),
+            contact = soil.force(
+                (state.qpos[0] + point[0], None, state.qpos[1] + point[2]),
                 (velocity[0], velocity[2]),
                 state.stretch[index],
-                timestep=soil.timestep,
-                implicit=soil.implicit,
             )
             force = jnp.stack([contact.tangential, jnp.zeros(()), contact.normal])
             contacts.append(contact)
@@ -165,13 +152,7 @@ class FloatingTree(NamedTuple):
         def push(offset: Array, velocity: Array, stretch: Array) -> tuple[ContactForce, PointLoad]:
             x, y, z = state.qpos[:3] + axes @ offset
             velocity = axes @ velocity
-            contact = soil.law.force(
-                soil.shape.height(soil.terrain, x, y) - z,
-                (velocity[:2], velocity[2]),
-                stretch,
-                timestep=soil.timestep,
-                implicit=soil.implicit,
-            )
+            contact = soil.force((x, y, z), (velocity[:2], velocity[2]), stretch)
             force = jnp.append(contact.tangential, contact.normal) @ axes
             return contact, PointLoad(offset, force, contact.added_mass)
 

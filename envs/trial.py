@@ -34,11 +34,13 @@ class Trials(NamedTuple):
       heights: of each ground's nodes, m.
       start: as in `Trial`.
       load: as in `Trial`.
+      course: of each ground, as in `Terrain`.
     """
 
     heights: Any
     start: Any = None
     load: Any = None
+    course: Any = None
 
     @property
     def num(self) -> int:
@@ -56,7 +58,12 @@ class Trials(NamedTuple):
           rows: of the trial that each walker is given; one number for one walker.
         """
         start, load = jax.tree.map(lambda leaf: leaf[rows], (self.start, self.load))
-        return Trial(Terrain(self.heights, rows), start, load)
+        return Trial(Terrain(self.heights, rows, self.course), start, load)
+
+    def with_grounds(self, rows: Any) -> "Trials":
+        """Returns the trials with other grounds in their table: those of some rows."""
+        heights, course = jax.tree.map(lambda leaf: leaf[rows], (self.heights, self.course))
+        return self._replace(heights=heights, course=course)
 
 
 # Which axis of a `Trial` counts walkers, for `vmap`: they share the table of heights.

@@ -7,7 +7,7 @@ import math
 import os
 import sys
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from mjxwalk.errors import RunError
 
@@ -69,17 +69,22 @@ def check_asked(flag: str, trials: int) -> None:
         raise RunError(f"{flag} must be at most {MOST_TRIALS:,}, got {trials:,}")
 
 
-def check_grounds(terrain: object, num: int) -> None:
+def check_grounds(env: object, num: int) -> None:
     """Raises RunError unless so many grounds fit into memory.
 
     Args:
-      terrain: settings of them, with `num_nodes` where they have nodes.
+      env: with a `terrain` that tells its `num_nodes`, and perhaps a `course`.
       num: of grounds.
     """
-    nodes = getattr(terrain, "num_nodes", 1)
-    floats = num * (math.prod(nodes) if isinstance(nodes, tuple) else nodes)
+    nodes = getattr(getattr(env, "terrain", None), "num_nodes", 1)
+    each = math.prod(nodes) if isinstance(nodes, tuple) else nodes
+    course: Any = getattr(env, "course", None)
+    if course is not None:
+        each += course.num_nodes * course.num_channels
+    floats = num * each
     check(
         4.0 * TABLE_COPIES * floats,
         f"{num:,} terrains take",
-        "ask for fewer terrains or trials, or for shorter ones (env.terrain.length)",
+        "ask for fewer terrains or trials, or for shorter ones (env.terrain.length or "
+        "env.course.length)",
     )

@@ -87,8 +87,8 @@ def _laid_out(population: Any, trials: Trials) -> tuple[Any, Trial]:
     num, size = trials.num, jax.tree.leaves(population)[0].shape[0]
     walker = np.arange(size * num, dtype=np.int32)
     # The rows that fill the table up are nobody's.
-    table = trials.heights[np.minimum(np.arange(_table_rows(num)), num - 1)].astype(np.float32)
-    given = trials._replace(heights=table).given(walker % num)
+    filled = trials.with_grounds(np.minimum(np.arange(_table_rows(num)), num - 1))
+    given = filled._replace(heights=filled.heights.astype(np.float32)).given(walker % num)
     return jax.tree.map(lambda leaf: leaf[walker // num], population), given
 
 

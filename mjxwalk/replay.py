@@ -157,7 +157,9 @@ def _steps_per_frame(env: Environment, duration: float, frames_per_second: float
 def _laid_out(given: Trial) -> Trial:
     """Returns trials whose table is filled up to a power of two, since engines compile for it."""
     given = jax.tree.map(np.asarray, given)
-    heights: Any = given.ground.heights
-    missing = (1 << (len(heights) - 1).bit_length()) - len(heights)
-    filled = np.concatenate([heights, np.repeat(heights[:1], missing, axis=0)])
-    return given._replace(ground=given.ground._replace(heights=filled))
+    num = len(given.ground.heights)
+    rows = np.arange(1 << (num - 1).bit_length())
+    rows[num:] = 0
+    table = given.ground.heights, given.ground.course
+    heights, course = jax.tree.map(lambda leaf: leaf[rows], table)
+    return given._replace(ground=given.ground._replace(heights=heights, course=course))

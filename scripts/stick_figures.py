@@ -78,7 +78,8 @@ class StickFigures:
         walking = (recording.time[:, 0] >= self.start) & ~recording.done[:, 0]
         if not walking.any():
             raise runs.RunError(f"the walker's trial is over before {self.start} s")
-        return sticks.draw(sticks.find(env, recording.states.qpos[walking, 0], trials.heights[0]))
+        ground = trials.given(0).ground
+        return sticks.draw(sticks.find(env, recording.states.qpos[walking, 0], ground))
 
 
 if __name__ == "__main__":

@@ -19,8 +19,7 @@ class Reference:
     """
 
     def __init__(self, env: LeggedEnv, qpos: Any, qvel: Any) -> None:
-        heights = env.level_trials().heights
-        self._walkers = reference.Reference(env, [qpos], [qvel], heights)
+        self._walkers = reference.Reference(env, [qpos], [qvel], env.level_trials())
         self.torque_cost = 0.0
 
     def step(

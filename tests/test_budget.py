@@ -1,5 +1,6 @@
 """Tests of what is measured before memory is taken, and of the doors that ask for it."""
 
+import types
 from pathlib import Path
 from typing import Any
 
@@ -39,9 +40,10 @@ def test_what_fits_passes_and_one_byte_more_is_refused(small: None) -> None:
     ],
 )
 def test_grounds_are_counted_by_their_nodes(small: None, terrain: object, fits: int) -> None:
-    budget.check_grounds(terrain, fits)
+    env = types.SimpleNamespace(terrain=terrain)
+    budget.check_grounds(env, fits)
     with pytest.raises(RunError, match=f"{fits + 1:,} terrains take 1 GB"):
-        budget.check_grounds(terrain, fits + 1)
+        budget.check_grounds(env, fits + 1)
 
 
 def test_no_terrain_is_drawn_that_does_not_fit(small: None) -> None:

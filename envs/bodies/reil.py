@@ -89,7 +89,7 @@ class Reil(ReilPhysics):
     def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Trials:
         """Returns independent trials; the ground is a plane, whatever the roughness."""
         del roughness
-        return self.terrain.sample_trials(key, num)
+        return self.equipped(key, self.terrain.sample_trials(key, num))
 
     def perturbed(self, key: PRNGKeyArray, trials: Trials) -> tuple["Reil", Trials]:
         """Returns the environment whose trials depart from the usual start as they have drawn."""
@@ -195,7 +195,7 @@ class Reil(ReilPhysics):
         """Returns the height of the centre of mass, and for how long the hips stood still."""
         assert now.axes is not None  # for the type checker: a tree in space has them
         centre = now.axes[2] @ now.data._impl.cinert[:, 6:9].sum(axis=0)
-        ground = self.terrain.height(given.ground, state.qpos[0])
+        ground = self.ground_height(given, state.qpos[0])
         change = jnp.abs(action.target - state.own.target)
         resting = jnp.all(change < self.still_rate * self.timestep)
         del moved

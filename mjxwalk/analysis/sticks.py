@@ -3,11 +3,11 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 from matplotlib.figure import Figure
 
 from mjxwalk.analysis import figures
-from mjxwalk.envs import LeggedEnv, scenery
+from mjxwalk.envs import LeggedEnv, Terrain, scenery
 from mjxwalk.envs._mujoco import mujoco
 
 
@@ -30,16 +30,16 @@ class Sticks(NamedTuple):
 def find(
     env: LeggedEnv,
     qpos: Float[np.ndarray, "figure coordinate"],
-    heights: Float[np.ndarray, "..."] | Float[Array, "..."],
+    ground: Terrain,
 ) -> Sticks:
     """Returns a body in each of some poses.
 
     Args:
       env: body and ground.
       qpos: coordinates of the body.
-      heights: of the one ground, m.
+      ground: that it walks on.
     """
-    patch, _ = scenery.around(env, np.asarray(heights), qpos)
+    patch, _ = scenery.around(env, ground, qpos)
     along = patch.x + patch.spacing * np.arange(patch.heights.shape[1])
     row = int(np.clip(round(-patch.y / patch.spacing), 0, len(patch.heights) - 1))
     spatial = not env.anatomy.root.is_planar

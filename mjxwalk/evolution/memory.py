@@ -32,7 +32,6 @@ def check_settings(experiment: Any) -> None:
       experiment: an `Evolvable`.
     """
     goal, size = experiment.goal, getattr(experiment, "population_size", 1)
-    terrain = getattr(getattr(experiment, "env", None), "terrain", None)
     rounds = (
         (size, experiment.terrains_per_evaluation),
         (NUM_CANDIDATES, goal.trials),
@@ -40,7 +39,7 @@ def check_settings(experiment: Any) -> None:
     )
     for walkers, terrains in rounds:
         check_trials(experiment.template(), walkers, terrains)
-        budget.check_grounds(terrain, terrains)
+        budget.check_grounds(getattr(experiment, "env", None), terrains)
 
 
 def check_trials(genotype: Any, walkers: int, terrains: int) -> None:

@@ -200,7 +200,7 @@ class Experiment:
         Raises:
           RunError: they do not fit into memory.
         """
-        budget.check_grounds(getattr(self.env, "terrain", None), num)
+        budget.check_grounds(self.env, num)
         return self.env.sample_trials(key, num, roughness)
 
     def as_tested(self) -> "Experiment":

@@ -11,6 +11,8 @@ from mjxwalk.runs import Run, config
 # What settings were called when older runs were written, and what they are called now.
 RENAMED = {"arena": "test_settings"}
 
+BY_DEFAULT = object()  # what a group of settings is as its class has it
+
 # Settings that experiments did not have when older runs were written, and what they did then; a
 # table that is not empty is of a group's settings.
 ADDED: dict[str, Any] = {
@@ -19,7 +21,7 @@ ADDED: dict[str, Any] = {
     "test_settings": {},
     "pruning": None,
     "goal": {"fine_trials": 0, "fine_factor": 4, "share": 1.0},
-    "env": {"min_speed": 0.0, "max_lag": 1e9, "body": ""},
+    "env": {"min_speed": 0.0, "max_lag": 1e9, "body": "", "course": BY_DEFAULT},
 }
 
 
@@ -62,6 +64,8 @@ def _with_added(data: dict[str, Any], added: dict[str, Any], defaults: Any) -> d
             if isinstance(data.get(name), dict):
                 filled[name] = _with_added(data[name], value, getattr(defaults, name, None))
         elif dataclasses.is_dataclass(defaults) and name in _field_names(defaults):
+            if value is BY_DEFAULT:
+                value = settings.to_data(type(getattr(defaults, name))())
             filled.setdefault(name, value)
     return filled
 

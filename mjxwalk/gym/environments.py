@@ -127,8 +127,8 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
         data, info = self._state.data, self._state.info
         if self._painter is None:
             self._painter = Still(self.task.env, RENDER_SIZE)
-        heights = np.asarray(info["trials"].heights)[int(info["row"])]
-        return self._painter.picture(heights, np.asarray(data.qpos, np.float64))
+        ground = info["trials"].given(info["row"]).ground
+        return self._painter.picture(ground, np.asarray(data.qpos, np.float64))
 
     def close(self) -> None:
         """Gives the pictures' OpenGL back."""

@@ -3,9 +3,8 @@
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
-from mjxwalk.envs import LeggedEnv, scenery
+from mjxwalk.envs import LeggedEnv, Terrain, scenery
 from mjxwalk.envs._mujoco import compiled, mujoco
 from mjxwalk.envs.anatomy import side_of
 
@@ -15,14 +14,12 @@ LEAST_RELIEF = 0.001  # m; a height field of no height at all is refused
 BASE = 0.3  # m of ground below its lowest point
 
 
-def build(
-    env: LeggedEnv, heights: Float[np.ndarray, "*node"], qpos: Any, size: tuple[int, int]
-) -> Any:
+def build(env: LeggedEnv, ground: Terrain, qpos: Any, size: tuple[int, int]) -> Any:
     """Returns the model.
 
     Args:
       env: body and ground.
-      heights: of the ground's nodes, m.
+      ground: that the walker walks on.
       qpos: where the walker gets to [frame, coordinate].
       size: of the largest picture, pixels across and down.
     """
@@ -36,7 +33,7 @@ def build(
     for geom in list(spec.worldbody.geoms):  # the floor
         spec.delete(geom)
     _paint(spec)
-    _add_ground(spec, env, heights, np.asarray(qpos))
+    _add_ground(spec, scenery.around(env, ground, np.asarray(qpos)))
     return compiled(spec)
 
 
@@ -70,8 +67,8 @@ def _paint(spec: Any) -> None:
     ground.textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = "checkers"
 
 
-def _add_ground(spec: Any, env: LeggedEnv, heights: Any, qpos: Any) -> None:
-    ground, wide = scenery.around(env, heights, qpos)
+def _add_ground(spec: Any, around: scenery.Scenery) -> None:
+    ground, wide = around
     rows, middle = ground.heights, ground.y + 0.5 * wide
     if len(rows) == 1:  # the same at all y: a strip with the same heights on both edges
         rows, middle = np.repeat(rows, 2, axis=0), 0.0

@@ -128,7 +128,7 @@ def perform(shown: ShownWalkers, take: Take) -> tuple[Show, str]:
         duration=min(take.seconds, env.max_time),
         frames_per_second=FRAMES_PER_SECOND,
     )
-    around = scenery.around(env, np.asarray(trials.heights[0]), recording.states.qpos)
+    around = scenery.around(env, trials.given(0).ground, recording.states.qpos)
     patch = around.patch
     series = {"heights": Series(patch.heights, HEIGHT_STEP)}
     told: list[Told] = []
@@ -196,9 +196,11 @@ def _tell(experiment: Any, label: str, frames: int, state: Any, below: float) ->
 
 def _facts(shown: ShownWalkers, take: Take) -> tuple[tuple[str, str], ...]:
     experiment = shown.experiment
+    course = experiment.env.course.words()
     return (
         ("Experiment", str(experiment.name)),
         ("Body", experiment.env.anatomy.name),
         ("Terrain", f"seed {take.terrain_seed}"),
         ("Roughness", f"{1000 * experiment.env.terrain.roughness:g} mm"),
+        *((("Course", course),) if course else ()),
     )

@@ -174,5 +174,7 @@ def _stick(phase: Phase, seed: int, engine: str) -> Stick:
         label=phase.label,
         seconds=float(recording.time[-1, chosen]),
         fell=bool(fell[chosen]),
-        sticks=sticks.find(env, recording.states.qpos[there, chosen], trials_given.heights[chosen]),
+        sticks=sticks.find(
+            env, recording.states.qpos[there, chosen], trials_given.given(chosen).ground
+        ),
     )

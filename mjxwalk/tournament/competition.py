@@ -49,7 +49,7 @@ def compete(
     """
     _check(entrants, seed=seed, screening=screening, terrains=terrains)
     experiment, keys = entrants.experiment.as_tested(), draw_keys(seed)
-    budget.check_grounds(getattr(experiment.env, "terrain", None), terrains)
+    budget.check_grounds(experiment.env, terrains)
     evaluator = evaluation.make_evaluator(experiment, engine)
     place = 0
     if len(entrants) > 1:

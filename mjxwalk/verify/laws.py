@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float
 
 from mjxwalk.envs import (
     Action,
+    Course,
     JointStop,
     RandomWalk,
     SerpentineWalk,
@@ -39,6 +40,22 @@ class Push(NamedTuple):
     touching: Bool[np.ndarray, "walker point"]
 
 
+class Lying(NamedTuple):
+    """What lies on the random ground at some points; nothing by default.
+
+    Attributes:
+      height: m.
+      gradient: m upwards for each m along x.
+      stiffness: factor of spring and damper.
+      friction: factor of the coefficient of friction.
+    """
+
+    height: Any = 0.0
+    gradient: Any = 0.0
+    stiffness: Any = 1.0
+    friction: Any = 1.0
+
+
 def ground_push(
     law: SoftContact,
     depth: Float[np.ndarray, "walker point"],
@@ -47,6 +64,7 @@ def ground_push(
     *,
     timestep: float,
     implicit: bool,
+    course: Lying,
 ) -> Push:
     """Returns spring, damper and friction at each point; tangents are x, and y where there are two.
 
@@ -57,19 +75,36 @@ def ground_push(
       stretch: of the springs before the step, m.
       timestep: s.
       implicit: whether the law is taken at the end of the step.
+      course: what of it lies under the points.
     """
     tangents = stretch.shape[-1]
-    damping = law.damping + (law.stiffness * timestep if implicit else 0.0)
+    angle = np.arctan(course.gradient)
+    sine, cosine = np.sin(angle), np.cos(angle)
+    depth, velocity = depth * cosine, _turned(velocity, sine, cosine)
+    stiffness = law.stiffness * course.stiffness
+    damping = law.damping * course.stiffness + (stiffness * timestep if implicit else 0.0)
     touching = depth > 0.0
-    normal = np.maximum(0.0, law.stiffness * depth - damping * velocity[..., 2]) * touching
+    normal = np.maximum(0.0, stiffness * depth - damping * velocity[..., 2]) * touching
     stretch = (stretch + timestep * velocity[..., :tangents]) * touching[..., None]
-    limit = law.friction * normal
-    sticking = -law.stiffness * stretch - damping * velocity[..., :tangents]
+    limit = law.friction * course.friction * normal
+    sticking = -_each(stiffness) * stretch - _each(damping) * velocity[..., :tangents]
     force = np.zeros_like(velocity)
     force[..., :tangents] = shortened(sticking, limit)
     force[..., 2] = normal
     mass = np.where(normal > 0.0, timestep * damping if implicit else 0.0, 0.0)
-    return Push(force, mass, shortened(stretch, limit / law.stiffness), touching)
+    stretch = shortened(stretch, limit / stiffness)
+    return Push(_turned(force, -sine, cosine), mass, stretch, touching)
+
+
+def _each(values: Any) -> Any:
+    """Returns numbers of points as those of their vectors."""
+    return np.asarray(values)[..., None]
+
+
+def _turned(vectors: Any, sine: Any, cosine: Any) -> Any:
+    """Returns vectors in axes that are turned about y, so that x goes up by such an angle."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.stack([cosine * x + sine * z, y, cosine * z - sine * x], axis=-1)
 
 
 def stop_torque(
@@ -156,6 +191,31 @@ def height(
     """
     walker = np.arange(len(x)).reshape(-1, *[1] * (x.ndim - 1))
     return GROUNDS[type(shape)](shape, heights, walker, x, y)
+
+
+def lying(
+    settings: Course,
+    course: Float[np.ndarray, "walker node channel"] | None,
+    x: Float[np.ndarray, " walker *point"],
+) -> Lying:
+    """Returns what of the walkers' courses lies at such x, m.
+
+    Args:
+      settings: of the courses.
+      course: of each walker; None where nothing lies along the way.
+      x: of the points, m.
+    """
+    if course is None:
+        return Lying()
+    walker = np.arange(len(x)).reshape(-1, *[1] * (x.ndim - 1))
+    nodes, position = course.shape[1], x / settings.spacing
+    node, onward = _interval(position, nodes)
+    before, after = course[walker, node], course[walker, node + 1]
+    found = (1 - onward[..., None]) * before + onward[..., None] * after
+    beyond = (position <= 0.0) | (position >= nodes - 1)
+    rising = np.where(beyond, 0.0, after[..., 0] - before[..., 0]) / settings.spacing
+    soil = (found[..., 1], found[..., 2]) if course.shape[2] == 3 else (1.0, 1.0)
+    return Lying(found[..., 0], rising if settings.has_relief else 0.0, *soil)
 
 
 def _on_line(shape: RandomWalk, heights: Any, walker: Any, x: Any, y: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mjxwalk.envs import Action, LeggedEnv, VelocityMotor
+from mjxwalk.envs import Action, LeggedEnv, Trials, VelocityMotor
 from mjxwalk.envs.own_laws import Righting, TorsoLoad
 from mjxwalk.verify import laws
 from mjxwalk.verify.herd import Herd, torque_limits
@@ -60,7 +60,8 @@ class Reference:
       anatomy: of the body.
       own_laws: of the body.
       herd: the walkers in C MuJoCo.
-      heights: of each walker's ground [walker, *node], m.
+      heights: of each walker's random ground [walker, *node], m.
+      course: what lies on it [walker, node, channel]; None where nothing does.
       load: what each draws of its largest load, from -1 to 1; None of those without.
       limits: least and greatest torque of each motor, N m; infinite where it has none.
       qpos: of the coordinates [walker, coordinate], m and rad; replaced by every step.
@@ -68,26 +69,26 @@ class Reference:
       stretch: of the ground's tangential springs, m.
     """
 
-    def __init__(
-        self, env: LeggedEnv, qpos: Any, qvel: Any, heights: Any, load: Any = None
-    ) -> None:
+    def __init__(self, env: LeggedEnv, qpos: Any, qvel: Any, trials: Trials) -> None:
         """Places walkers.
 
         Args:
           env: body, ground and step.
           qpos: coordinates [walker, coordinate], m and rad.
           qvel: their rates.
-          heights: of each walker's ground [walker, *node], m.
-          load: that each draws, from -1 to 1; None for nothing.
+          trials: one of each walker; where it starts is in the coordinates.
         """
         self.env, self.anatomy, self.own_laws = env, env.anatomy, env.own_laws()
         anatomy, self.herd = self.anatomy, Herd(env.spec(), len(qpos))
-        self.heights = np.asarray(heights, np.float64)
+        self.heights = np.asarray(trials.heights, np.float64)
+        self.course, self.load = (
+            None if part is None else np.asarray(part, np.float64)
+            for part in (trials.course, trials.load)
+        )
         self.qpos, self.qvel = (np.array(each, np.float64) for each in (qpos, qvel))
         self.stretch = np.zeros(
             (self.herd.num, len(anatomy.points), 1 if anatomy.root.is_planar else 2)
         )
-        self.load: Any = None if load is None else np.asarray(load, np.float64)
         self._joints = list(anatomy.joint_coordinate)
         self._tie = np.eye(len(anatomy.coordinates))[self._joints]
         self._driven = anatomy.driven
@@ -129,20 +130,24 @@ class Reference:
         root = self.anatomy.root
         x = qpos[:, root.forward]
         y = np.zeros_like(x) if root.sideways is None else qpos[:, root.sideways]
-        return laws.height(self.env.terrain, self.heights, x, y)
+        ground = laws.height(self.env.terrain, self.heights, x, y)
+        return ground + laws.lying(self.env.course, self.course, x).height
 
     def _ground(self, balance: Balance) -> Push:
         """Adds what the ground does, and returns it."""
         points = self._points()
         jacobian = self.herd.jacobian(points, self._moves)
-        ground = laws.height(self.env.terrain, self.heights, points[..., 0], points[..., 1])
+        x, y, z = np.moveaxis(points, -1, 0)
+        ground = laws.height(self.env.terrain, self.heights, x, y)
+        course = laws.lying(self.env.course, self.course, x)
         push = laws.ground_push(
             self.env.contact,
-            ground - points[..., 2],
+            ground + course.height - z,
             (jacobian @ self.herd.qvel[:, None, :, None])[..., 0],
             self.stretch,
             timestep=self.env.timestep,
             implicit=self.env.implicit,
+            course=course,
         )
         self._put_on(balance, points, jacobian, push.force, push.mass)
         return push

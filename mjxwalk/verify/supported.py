@@ -3,7 +3,7 @@
 from collections.abc import Generator
 from typing import Any
 
-from mjxwalk.envs import JointStop, LeggedEnv, SoftContact, VelocityMotor, own_laws
+from mjxwalk.envs import Course, JointStop, LeggedEnv, SoftContact, VelocityMotor, own_laws
 from mjxwalk.verify import laws, senses
 
 # Methods that move walkers or end their trials, and may be a body's own.
@@ -41,6 +41,7 @@ def _missing(env: LeggedEnv) -> Generator[str]:
     """Yields what we have no law for, in words."""
     for what, value, known in (
         ("ground", env.terrain, laws.GROUNDS),
+        ("course", env.course, (Course,)),
         ("contact", env.contact, (SoftContact,)),
         ("joint stops", env.stop_law, (JointStop,)),
     ):

@@ -32,7 +32,7 @@ def run(env: LeggedEnv, controller: Controller, genotype: Any, trials: Trials) -
     like = jax.eval_shape(env.observe, jax.tree.map(lambda leaf: leaf[0], starts))
     # JAX keeps what it traced with 32 bits for an engine, and takes it for the 64 bits here.
     jax.clear_caches()
-    reference = Reference(env, starts.qpos, starts.qvel, trials.heights, trials.load)
+    reference = Reference(env, starts.qpos, starts.qvel, trials)
     reference.stretch[:] = np.reshape(starts.stretch, reference.stretch.shape)
     rules = Rules(reference, starts.touching, starts.ankle_x)
     senses = Senses(reference.anatomy, like)

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from mjxwalk import budget, installing, outputs, replay
+from mjxwalk.envs import Terrain
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.errors import RunError
 from mjxwalk.pictures import camera, offscreen, scene
@@ -38,8 +39,8 @@ class Shot:
     terrain_seed: int = 0
     seconds: float = 10.0
 
-    def walk(self, frames_per_second: float) -> tuple[Any, Any]:
-        """Returns the coordinates in each frame, and the ground's heights, m."""
+    def walk(self, frames_per_second: float) -> tuple[Any, Terrain]:
+        """Returns the coordinates in each frame, and the ground."""
         env = self.experiment.env
         key = jax.random.key(self.terrain_seed)
         trials = self.experiment.sample_trials(key, 1)
@@ -51,7 +52,7 @@ class Shot:
             duration=min(self.seconds, env.max_time),
             frames_per_second=frames_per_second,
         )
-        return np.asarray(recording.states.qpos[:, 0], np.float64), np.asarray(trials.heights[0])
+        return np.asarray(recording.states.qpos[:, 0], np.float64), trials.given(0).ground
 
 
 def check(path: Path) -> None:
@@ -97,8 +98,8 @@ def film(shot: Shot, path: Path, *, size: tuple[int, int] = (960, 540)) -> None:
 def draw(shot: Shot, frames_per_second: float, size: tuple[int, int]) -> Iterator[Picture]:
     """Yields the pictures."""
     env = shot.experiment.env
-    qpos, heights = shot.walk(frames_per_second)
-    model = scene.build(env, heights, qpos, size)
+    qpos, ground = shot.walk(frames_per_second)
+    model = scene.build(env, ground, qpos, size)
     data = mujoco.MjData(model)
     view = camera.beside(env, model)
     torso = model.body(env.anatomy.torso).id

@@ -39,8 +39,8 @@ def view(shot: Shot) -> None:
 
     viewer: Any = _viewer
     env = shot.experiment.env
-    qpos, heights = shot.walk(FRAMES_PER_SECOND)
-    model = scene.build(env, heights, qpos, (640, 480))
+    qpos, ground = shot.walk(FRAMES_PER_SECOND)
+    model = scene.build(env, ground, qpos, (640, 480))
     data = mujoco.MjData(model)
     try:
         window = viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False)

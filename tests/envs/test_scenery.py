@@ -37,7 +37,7 @@ def test_the_shown_ground_is_the_one_that_is_walked_on(kind: str) -> None:
     qpos[1, 2, 0] = 5.0
     if kind == "space":
         qpos[1, 0, 1] = 0.8
-    shown = scenery.around(env, np.asarray(trial.ground.heights[1]), qpos)
+    shown = scenery.around(env, trial.ground, qpos)
     patch = shown.patch
     assert patch.x <= -BEHIND and patch.x + patch.spacing * patch.heights.shape[1] > 5.0 + AHEAD
     for x in (-2.5, 0.0, 1.03, 2.3, 4.99):
@@ -52,6 +52,6 @@ def test_ground_without_rows_is_as_wide_as_walkers_drift() -> None:
     trials = env.terrain.drawn(jnp.array([[0.0, 0.0, 0.0, 0.0, 0.0, -0.5]]))
     qpos = np.zeros((2, 1, 14))
     qpos[1, 0, :2] = 20.0, 4.0
-    shown = scenery.around(env, np.asarray(trials.heights[0]), qpos)
+    shown = scenery.around(env, trials.given(0).ground, qpos)
     assert shown.width == pytest.approx(2 * (4.0 + BESIDE))
     assert shown.height(20.0, 4.0) == pytest.approx(-1.0)

@@ -104,7 +104,7 @@ def test_is_a_task_of_reinforcement_learning() -> None:
 def test_stands_on_its_feet_in_stick_figures() -> None:
     given = TOY.env.level_trials()
     state = TOY.env.reset(given.given(0))
-    found = sticks.find(TOY.env, np.asarray(state.qpos)[None], np.asarray(given.heights[0]))
+    found = sticks.find(TOY.env, np.asarray(state.qpos)[None], given.given(0).ground)
     assert found.skeletons.shape == (1, 2, 7, 3)  # top, trunk, thigh, shank, heel, toe, shank
     assert abs(found.skeletons[..., 2].min()) < 2e-3  # as deep as its weight presses it
 

@@ -12,12 +12,16 @@ import numpy as np
 from mjxwalk import walkers
 from mjxwalk.envs import (
     Action,
+    Course,
     Flame,
     HipTargets,
     LeggedEnv,
     MjcfEnv,
     Planar7,
     Reil,
+    Slope,
+    Stairs,
+    Stretches,
     TrialVariation,
     VelocityMotor,
 )
@@ -45,6 +49,17 @@ BODIES: dict[str, LeggedEnv] = {
     "spatial": Flame(min_hip_height=0.01, max_pitch=1.5, max_roll=3.0, **LENIENT),
     "hip-powered": BUSY,
     "toy": MjcfEnv(body=TOY, min_height=0.01, max_pitch=9.0, max_roll=9.0, max_yaw=9.0, **LENIENT),
+}
+# Under the feet from the start on: a slope with steps, soft and slippery ground.
+COURSE = Course(
+    slope=Slope(gradient=0.2, spread=0.1, begin=0.0),
+    stairs=Stairs(rise=-0.01, tread=0.1, begin=0.0),
+    soft=Stretches(factor=0.6, width=0.2, every=0.4, spread=0.1, begin=0.0),
+    slippery=Stretches(factor=0.3, width=0.2, every=0.4, spread=0.1, begin=0.0),
+)
+ON_COURSE: dict[str, LeggedEnv] = {
+    f"{name} on a course": dataclasses.replace(BODIES[name], course=COURSE)
+    for name in ("planar", "spatial")
 }
 SHARE = 0.2  # of a motor's strength; feet land, slip and lift
 
@@ -113,7 +128,7 @@ def placed(env: LeggedEnv, at: LeggedEnv | None = None) -> Reference:
     """
     trials, states = started(env if at is None else at)
     qpos, qvel = (np.array([getattr(state, name) for state in states]) for name in ("qpos", "qvel"))
-    return Reference(env, qpos, qvel, trials.heights, trials.load)
+    return Reference(env, qpos, qvel, trials)
 
 
 def by_reference(env: LeggedEnv, num: int, at: LeggedEnv | None = None) -> Reference:

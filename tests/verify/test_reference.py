@@ -8,6 +8,7 @@ import pytest
 from verify.stepped import (
     BODIES,
     BUSY,
+    ON_COURSE,
     actions,
     by_engine,
     by_reference,
@@ -23,9 +24,12 @@ NUM = 150  # steps; feet land, slip and lift in them
 CLOSE = 1e-6  # m or rad
 
 
-@pytest.mark.parametrize("name", BODIES)
+EVERY = BODIES | ON_COURSE
+
+
+@pytest.mark.parametrize("name", EVERY)
 def test_a_body_moves_as_by_its_environment(name: str) -> None:
-    expected, found = by_engine(BODIES[name], NUM), by_reference(BODIES[name], NUM)
+    expected, found = by_engine(EVERY[name], NUM), by_reference(EVERY[name], NUM)
     assert expected.touching.any() and not expected.trial.diverged.any()
     # Constants of float32 are right to 6e-8; contact carries that on, rates of light feet ring.
     np.testing.assert_allclose(found.qpos, expected.qpos, atol=CLOSE)
@@ -37,8 +41,8 @@ def test_a_body_moves_as_by_its_environment(name: str) -> None:
 
 def apart(name: str, env: LeggedEnv) -> float:
     """Returns how far apart the coordinates are if C MuJoCo has other settings, m or rad."""
-    found = by_reference(env, NUM, at=BODIES[name])
-    return float(np.abs(by_engine(BODIES[name], NUM).qpos - found.qpos).max())
+    found = by_reference(env, NUM, at=EVERY[name])
+    return float(np.abs(by_engine(EVERY[name], NUM).qpos - found.qpos).max())
 
 
 SLIPS = {
@@ -77,6 +81,19 @@ def test_a_setting_that_differs_by_a_hundredth_shows(place: tuple[str, str]) -> 
     assert apart(name, with_field(env, path, 1.01 * field(env, path))) > 2.0 * CLOSE
 
 
+@pytest.mark.parametrize("part", ["height", "gradient", "stiffness", "friction"])
+@pytest.mark.parametrize("name", ON_COURSE)
+def test_a_slip_in_the_course_shows(name: str, part: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    right = laws.lying
+
+    def wrong(*args: Any) -> Any:
+        found = right(*args)
+        return found._replace(**{part: 1.01 * getattr(found, part)})
+
+    monkeypatch.setattr(laws, "lying", wrong)
+    assert apart(name, ON_COURSE[name]) > 2.0 * CLOSE
+
+
 def test_a_slip_in_a_law_of_ours_shows(monkeypatch: pytest.MonkeyPatch) -> None:
     right = laws.ground_push
 
@@ -108,7 +125,7 @@ def test_a_load_moves_as_a_ball_of_that_mass(integrator: Any) -> None:
     timestep = 0.002 if integrator == "implicit" else 0.00002
     env = dataclasses.replace(BUSY, integrator=integrator, timestep=timestep)
     loaded = by_reference(env, 20)
-    load = loaded.load
+    load: Any = loaded.load
     settings = {each.name: getattr(env, each.name) for each in dataclasses.fields(env)}
     settings["terrain"] = dataclasses.replace(env.terrain, load=0.0)
     for row in np.flatnonzero(load > 0):

@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from mjxwalk import cli, video, walkers
-from mjxwalk.envs import Flame, Planar7, Terrain
+from mjxwalk.envs import Flame, Planar7
 from mjxwalk.errors import RunError
 from mjxwalk.pictures import offscreen, scene
 from mjxwalk.player import page
@@ -98,8 +98,8 @@ def test_pictures_show_the_walker_and_its_ground(shot: video.Shot) -> None:
 @pytest.mark.parametrize("env", [Planar7(), Flame()], ids=["planar", "spatial"])
 def test_legs_have_the_colours_of_the_pages(env: Any) -> None:
     style = (Path(page.__file__).parent / "bundle" / "watch.css").read_text()
-    heights = np.asarray(env.terrain.sample(jax.random.key(0), 1))[0]
-    model = scene.build(env, heights, np.zeros((1, 15)), SIZE)
+    ground: Any = env.sample_trials(jax.random.key(0), 1).given(0).ground
+    model = scene.build(env, ground, np.zeros((1, 15)), SIZE)
     for side in ("left", "right"):
         found = re.search(rf"--{side}: #(\w{{6}})", style)
         assert found is not None
@@ -113,18 +113,16 @@ def test_legs_have_the_colours_of_the_pages(env: Any) -> None:
 
 def test_the_spatial_body_stands_on_its_ground() -> None:
     env = Flame()
-    heights = np.asarray(env.terrain.sample(jax.random.key(0), 1))[0]
-    model = scene.build(env, heights, np.zeros((1, 15)), SIZE)
+    ground: Any = env.sample_trials(jax.random.key(0), 1).given(0).ground
+    model = scene.build(env, ground, np.zeros((1, 15)), SIZE)
     field = model.hfield_data.reshape(model.hfield_nrow[0], model.hfield_ncol[0])
     geom = model.geom("ground")
     size = model.hfield_size[0]
     found = geom.pos[2] + size[2] * field
     across = np.linspace(-size[1], size[1], len(found)) + geom.pos[1]
     along = np.linspace(-size[0], size[0], found.shape[1]) + geom.pos[0]
-    ground: Any = env.terrain
     row, column = len(found) // 3, found.shape[1] // 2
-    level: Any = Terrain(heights[None], np.int32(0))  # type: ignore[arg-type]
-    expected = ground.height(level, jnp.float32(along[column]), jnp.float32(across[row]))
+    expected = env.terrain.height(ground, jnp.float32(along[column]), jnp.float32(across[row]))
     # Heights as float32 of the relief.
     assert found[row, column] == pytest.approx(float(expected), abs=1e-4)
 
