@@ -118,7 +118,7 @@ def _inputs(anatomy: Any, stance: Any, chosen: set[int], rates: bool) -> list[tu
     """Returns name, place, centre, scale, partner's name and sign of each sense that is read."""
     found: list[tuple[Any, ...]] = []
     place = 0
-    root, names = anatomy.root, anatomy.names
+    names = anatomy.names
     pace = stance.height / stance.time
     flips = {"up": {"y"}, "turning": {"x", "z"}, "velocity": {"y"}, "heading": {"yaw"}}
     scales = {
@@ -128,7 +128,8 @@ def _inputs(anatomy: Any, stance: Any, chosen: set[int], rates: bool) -> list[tu
         "heading": 0.5,
     }
     for sense in anatomy.senses:
-        for part in sense.order or ("",):
+        nothing = sense.name == "heading" and anatomy.root.is_planar
+        for part in sense.order or (() if nothing else ("",)):
             name = f"{sense.name} {part}".strip()
             if sense.name in flips:
                 sign = -1.0 if part in flips[sense.name] else 1.0
@@ -143,7 +144,6 @@ def _inputs(anatomy: Any, stance: Any, chosen: set[int], rates: bool) -> list[tu
                     scale = 1.0 if sense.name == "angle" else RATE * 0.3 / stance.time
                     found.append((name, place, still, scale, other, coordinate.sign))
             place += 1
-    del root
     return found
 
 
