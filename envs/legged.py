@@ -180,7 +180,7 @@ class LeggedEnv(LeggedBody):
         return jnp.concatenate([along, contact.normal[:, None]], axis=1)
 
     def passive(self, state: State) -> tuple[Float[Array, " joint"], Float[Array, " joint"]]:
-        """Returns torque of stops and springs, N m, and its implicit part as inertia, kg m^2.
+        """Returns torque of stops, springs and friction, N m, and its implicit part, kg m^2.
 
         Joints are counted from the root's end.
         """
@@ -200,6 +200,9 @@ class LeggedEnv(LeggedBody):
             push = motor.sprung(springs, angle[joints], rate[joints], ahead=self.lookahead)
             torque = torque.at[joints].add(push.torque)
             inertia = inertia.at[joints].add(push.added_inertia)
+        if self.friction is not None:
+            drag = motor.rubbed(self.friction, rate, ahead=self.lookahead)
+            torque, inertia = torque + drag.torque, inertia + drag.added_inertia
         return torque, inertia
 
     def why_ended(self, state: State, ground: float) -> Ending:

@@ -121,6 +121,11 @@ class LeggedBody(abc.ABC):
         return None
 
     @property
+    def friction(self) -> Float[np.ndarray, " joint"] | None:
+        """Dry friction of each joint from the root's end on, N m; None if there is none."""
+        return None
+
+    @property
     def max_tilt(self) -> dict[str, float]:
         """The root's "yaw", "pitch" and "roll" beyond which the walker has fallen, rad."""
         return {}

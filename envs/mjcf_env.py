@@ -165,17 +165,19 @@ class MjcfEnv(LeggedEnv):
 
     @property
     def springs(self) -> Sprung | None:
-        tree = mjcf_tree.of_text(self.body)
-        model = tree.source.model
-        joints = [each.joint for each in tree.joints]
-        dofs = [int(model.jnt_dofadr[joint]) for joint in joints]
-        stiffness = np.array([model.jnt_stiffness[joint] for joint in joints], np.float32)
-        rest = [model.qpos_spring[int(model.jnt_qposadr[joint])] for joint in joints]
-        damping = np.array(model.dof_damping[dofs], np.float32)
+        model, joints = self.model.mujoco, slice(self.anatomy.root.num, None)
+        stiffness, rest, damping = (
+            np.array(values[joints], np.float32)
+            for values in (model.jnt_stiffness, model.qpos_spring, model.dof_damping)
+        )
         if not stiffness.any() and not damping.any():
             return None
-        places = np.arange(len(joints))
-        return Sprung(places, Springs(stiffness, np.array(rest, np.float32), damping))
+        return Sprung(np.arange(len(rest)), Springs(stiffness, rest, damping))
+
+    @property
+    def friction(self) -> Float[np.ndarray, " joint"] | None:
+        loss = self.model.mujoco.dof_frictionloss[self.anatomy.root.num :]
+        return np.array(loss, np.float32) if loss.any() else None
 
     @property
     def max_tilt(self) -> dict[str, float]:

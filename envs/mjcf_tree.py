@@ -318,6 +318,7 @@ def _add_joint(body: Any, model: Any, each: FileJoint) -> None:
         ref=0.0 if ball else model.qpos0[place],
         armature=model.dof_armature[dof],
         damping=model.dof_damping[dof],
+        frictionloss=model.dof_frictionloss[dof],
         stiffness=model.jnt_stiffness[joint],
         springref=0.0 if ball else model.qpos_spring[place],
     )

@@ -6,6 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+# rad/s; ours: slower joints feel their friction as a damper, so that a joint at rest has none
+FRICTION_RATE = 0.1
+
 
 class Action(NamedTuple):
     """Each motor gives torque + stiffness (target - angle) - damping rate.
@@ -132,6 +135,22 @@ def sprung(
     inertia = ahead * (springs.damping + ahead * springs.stiffness)
     push = jnp.asarray(springs.stiffness * off_rest - springs.damping * rate)
     return Drive(push, jnp.asarray(inertia))
+
+
+def rubbed(
+    friction: Float[np.ndarray, " joint"], rate: Float[Array, " joint"], *, ahead: float
+) -> Drive:
+    """Returns what Coulomb friction does to joints in a step, as `driven` does of motors.
+
+    It is a damper that is the weaker the faster a joint moves as the step begins.
+
+    Args:
+      friction: torque against a joint that moves, N m.
+      rate: before the step, rad/s.
+      ahead: length of an implicit step, s; 0 of an explicit one.
+    """
+    damping = jnp.asarray(friction) / jnp.maximum(jnp.abs(rate), FRICTION_RATE)
+    return Drive(-damping * rate, ahead * damping)
 
 
 def _beyond(asked: Float[Array, " joint"], limits: Limits) -> Bool[Array, " joint"]:
