@@ -18,6 +18,7 @@ from mjxwalk.envs.legged_body import Sprung
 from mjxwalk.envs.mjcf_source import geoms_of
 from mjxwalk.envs.motor import Action, Springs
 from mjxwalk.envs.observation import BodyObservation
+from mjxwalk.envs.own_laws import Forbidden
 from mjxwalk.envs.state import State
 from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.trees import Instant
@@ -248,6 +249,12 @@ class MjcfEnv(LeggedEnv):
             ankle_x=state.ankle_x,
         )
 
+    def own_laws(self) -> dict[str, tuple[Any, ...]]:
+        return {
+            "fitness": (self.terms,),
+            "is_low": (Forbidden(self.forbidden, self._forbidden_radii),),
+        }
+
     def fitness(self, state: State, /) -> Float[Array, ""]:
         """Returns what the terms come to."""
         terms, trial, root = self.terms, state.trial, self.anatomy.root
@@ -298,16 +305,15 @@ class MjcfEnv(LeggedEnv):
     def _touches(self, state: State, now: Instant, given: Trial) -> Bool[Array, ""]:
         """Returns whether a forbidden body's sphere touches the ground."""
         places = self._places(state, now, self.forbidden)
+        radii = np.array(self._forbidden_radii, np.float32)
+        return jnp.any(places[:, 2] - radii < self._grounds(given, places))
+
+    @property
+    def _forbidden_radii(self) -> tuple[float, ...]:
+        """Of spheres at bodies' origins; ours: half of that about a body's largest geom, m."""
         model = self.model.mujoco
-        radii = [
-            max(
-                (model.geom_rbound[geom] for geom in geoms_of(model, model.body(name).id)),
-                default=0,
-            )
-            for name in self.forbidden
-        ]
-        # ours: half of the sphere about a body's largest geom, at the body's origin
-        return jnp.any(places[:, 2] - 0.5 * np.array(radii) < self._grounds(given, places))
+        geoms = [geoms_of(model, model.body(name).id) for name in self.forbidden]
+        return tuple(0.5 * max(model.geom_rbound[own], default=0.0) for own in geoms)
 
     def _places(self, state: State, now: Instant, names: tuple[str, ...]) -> Float[Array, "body 3"]:
         """Returns where bodies are in the world, m."""

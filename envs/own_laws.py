@@ -52,6 +52,20 @@ class LowCentre(NamedTuple):
     share: float
 
 
+class Forbidden(NamedTuple):
+    """Who touches the ground with a sphere about the origin of one of these bodies has fallen.
+
+    The spheres are where they were as the step began, over the ground below their own middles.
+
+    Attributes:
+      bodies: names.
+      radii: of the spheres, m.
+    """
+
+    bodies: tuple[str, ...]
+    radii: tuple[float, ...]
+
+
 class Arrival(NamedTuple):
     """Who has come so far with the hindmost ankle has arrived, m."""
 

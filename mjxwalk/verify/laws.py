@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float
 
 from mjxwalk.envs import (
     Action,
+    Anatomy,
     Course,
     JointStop,
     RandomWalk,
@@ -21,6 +22,7 @@ from mjxwalk.envs import (
     VelocityMotor,
 )
 
+FULL_FRICTION = 0.1  # rad/s; docs/physics.md
 CLOSE = 1e-13  # of a motor's limit; where torques that are solved for have settled
 
 
@@ -124,11 +126,46 @@ def stop_torque(
     return push * acts, acts * (timestep * damping if implicit else 0.0)
 
 
+def friction_damping(
+    most: Float[np.ndarray, " joint"], rate: Float[np.ndarray, "walker joint"]
+) -> Float[np.ndarray, "walker joint"]:
+    """Returns the damping, N m s/rad, that is a joint's friction at its rate, N m.
+
+    All of the friction acts from `FULL_FRICTION` on.
+    """
+    fast = np.abs(rate) > FULL_FRICTION
+    return most / np.where(fast, np.abs(rate), FULL_FRICTION)
+
+
 def motor_torque(action: Action, angle: Any, rate: Any, ahead: float) -> Any:
     """Returns what is asked of motors, N m, with angles moved on by so many seconds."""
     off_target = np.asarray(action.target) - angle - ahead * rate
     spring = np.asarray(action.stiffness) * off_target
     return np.asarray(action.torque) + spring - np.asarray(action.damping) * rate
+
+
+def of_numbers(
+    anatomy: Anatomy, numbers: Float[np.ndarray, "walker motor"]
+) -> tuple[Float[np.ndarray, "walker motor"], ...]:
+    """Returns what numbers from -1 to 1 ask of motors, as the anatomy says, field by field."""
+    moves = np.clip(numbers, -1.0, 1.0)
+
+    def each(field: str) -> Any:
+        values = [getattr(motor, field) for motor in anatomy.motors]
+        return np.broadcast_to(np.array(values, np.float64), moves.shape)
+
+    nothing = np.zeros(moves.shape)
+    match anatomy.motors[0].law:
+        case "torque":
+            return each("strength") * moves, nothing, nothing, each("damping")
+        case "velocity":
+            return (each("centre") + each("strength") * moves,)
+        case "position":
+            ends = [anatomy.coordinates[motor.coordinate] for motor in anatomy.motors]
+            target = each("centre") + each("strength") * moves
+            target = np.maximum(target, [end.lower for end in ends])
+            target = np.minimum(target, [end.upper for end in ends])
+            return nothing, target, each("stiffness"), each("damping")
 
 
 def velocity_torque(

@@ -1,9 +1,8 @@
 """Bodies in C MuJoCo, float64, stepped with forces that are worked out anew.
 
 Independent of the engines: kinematics, axes of motion, bias forces and mass matrix are C MuJoCo's,
-the laws of ground, joint stops and motors those of `laws`, and accelerations come from a dense
-solve. Shared with them is what an environment says of its body as data: its `mujoco.MjSpec`, its
-anatomy, its settings, and its own laws.
+other laws those of `laws`, and accelerations come from a dense solve. Shared with them is what an
+environment says of its body: its `mujoco.MjSpec`, its anatomy, its settings, and its own laws.
 """
 
 from typing import Any, NamedTuple
@@ -32,7 +31,7 @@ class Step(NamedTuple):
     """
 
     push: Push
-    feet: Float[np.ndarray, "walker 2 3"]
+    feet: Float[np.ndarray, "walker leg 3"]
     centre: Float[np.ndarray, "walker 3"]
     torque: Float[np.ndarray, "walker motor"]
     rate: Float[np.ndarray, "walker motor"]
@@ -125,6 +124,16 @@ class Reference:
         feet = herd.data.xpos[self._feet]
         return Step(push, feet, herd.centre().copy(), torque, rates[:, self._driven])
 
+    def places(self, *names: str) -> Float[np.ndarray, "walker body 3"]:
+        """Returns where bodies were as the last step began, m."""
+        return self.herd.data.xpos[self.herd.ids(*names)]
+
+    def over_ground(self, places: Any) -> Float[np.ndarray, "walker body"]:
+        """Returns how high places [walker, body, 3] are over the ground below them, m."""
+        x, y, z = np.moveaxis(places, -1, 0)
+        ground = laws.height(self.env.terrain, self.heights, x, y)
+        return z - ground - laws.lying(self.env.course, self.course, x).height
+
     def height(self, qpos: Any) -> Float[np.ndarray, " walker"]:
         """Returns the ground's height under the hips of such coordinates, m."""
         root = self.anatomy.root
@@ -137,12 +146,10 @@ class Reference:
         """Adds what the ground does, and returns it."""
         points = self._points()
         jacobian = self.herd.jacobian(points, self._moves)
-        x, y, z = np.moveaxis(points, -1, 0)
-        ground = laws.height(self.env.terrain, self.heights, x, y)
-        course = laws.lying(self.env.course, self.course, x)
+        course = laws.lying(self.env.course, self.course, points[..., 0])
         push = laws.ground_push(
             self.env.contact,
-            ground + course.height - z,
+            -self.over_ground(points),
             (jacobian @ self.herd.qvel[:, None, :, None])[..., 0],
             self.stretch,
             timestep=self.env.timestep,
@@ -189,12 +196,14 @@ class Reference:
         return (self.herd.qvel[:, None, :num] @ changes)[:, 0]
 
     def _springs(self, balance: Balance) -> None:
-        """Adds the springs and dampers of the model."""
-        model, dt = self.herd.model, self.env.timestep * self.env.implicit
-        balance.force[:] += self.herd.of_joints("qfrc_passive")
-        balance.force[:] -= dt * model.jnt_stiffness * self.herd.qvel
+        """Adds the springs, dampers and dry friction of the model's joints."""
+        model, dt, rates = self.herd.model, self.env.timestep * self.env.implicit, self.herd.qvel
+        drag = laws.friction_damping(model.dof_frictionloss, rates)
+        balance.force[:] += self.herd.of_joints("qfrc_passive") - drag * rates
+        balance.force[:] -= dt * model.jnt_stiffness * rates
+        resisting = model.dof_damping + drag + dt * model.jnt_stiffness
         joints = np.arange(model.nv)
-        balance.mass[:, joints, joints] += dt * (model.dof_damping + dt * model.jnt_stiffness)
+        balance.mass[:, joints, joints] += dt * resisting
 
     def _of_its_own(self, balance: Balance) -> None:
         """Adds what only this body has."""

@@ -5,15 +5,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from mjxwalk.envs import FitnessTerms
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.own_laws import (
     AlongHeading,
     Arrival,
+    Forbidden,
     HindmostAnkle,
     LowCentre,
     Standstill,
 )
 from mjxwalk.verify.reference import Reference, Step
+from mjxwalk.verify.terms import Terms, lowest
 
 MAX_SPEEDS = {"m": 50.0, "rad": 1000.0}  # m/s, rad/s; beyond, the physics has diverged
 
@@ -67,6 +70,8 @@ class Rules:
         self._points = [self._anatomy.points_of(leg) for leg in self._anatomy.legs]
         self._standing = standing_height(reference)
         num = len(touching)
+        terms = [law for law in self._own.get("fitness", ()) if isinstance(law, FitnessTerms)]
+        self._terms = [Terms(law, reference) for law in terms]
         self.tally = Tally(
             steps=np.zeros(num, int),
             flight_time=np.zeros(num),
@@ -85,7 +90,7 @@ class Rules:
         walking: Bool[np.ndarray, " walker"],
         step: Step,
         before: tuple[Any, Any],
-        asked: Float[np.ndarray, "walker motor"],
+        action: Float[np.ndarray, "field walker motor"],
     ) -> Bool[np.ndarray, " walker"]:
         """Counts a step of those that walk, and returns whose trial is over.
 
@@ -93,8 +98,9 @@ class Rules:
           walking: who walks.
           step: what the step was.
           before: coordinates and rates before it; whoever has diverged is put back there.
-          asked: of each motor in the step.
+          action: of the step; its first field is what a velocity motor is asked for.
         """
+        asked = action[0]
         reference, tally, dt = self._reference, self.tally, self._env.timestep
         sound = self._sound()
         broken: Any = walking & ~sound
@@ -102,6 +108,8 @@ class Rules:
         resting = np.abs(asked - tally.asked) < self._still_rate() * dt
         power = np.abs(step.torque * step.rate).sum(axis=1)
         counted = walking & sound
+        for terms in self._terms:
+            terms.count(counted, before, action, tally.contact)
         for held, value in (
             (tally.steps, tally.steps + 1),
             (tally.flight_time, np.where(touching.any(axis=1), 0.0, tally.flight_time + dt)),
@@ -136,7 +144,9 @@ class Rules:
         return self._reference.qpos[:, self._anatomy.root.forward]
 
     def fitness(self) -> Any:
-        """Returns the fitness of walkers whose trials have ended [walker], m."""
+        """Returns the fitness of walkers whose trials have ended [walker]."""
+        for terms in self._terms:
+            return terms.worth(self.tally)
         for law in self._own.get("fitness", ()):
             if isinstance(law, HindmostAnkle):
                 in_vain = self.tally.fell & (self._hindmost < law.fallen_distance)
@@ -179,6 +189,9 @@ class Rules:
             if isinstance(law, LowCentre):
                 over = step.centre[:, 2] - reference.height(before)
                 fallen |= over < law.share * self._standing
+            elif isinstance(law, Forbidden) and law.bodies:
+                over = reference.over_ground(reference.places(*law.bodies))
+                fallen |= (over < np.array(law.radii)).any(axis=1)
         return fallen
 
     def _still_rate(self) -> float:
@@ -200,9 +213,4 @@ def standing_height(reference: Reference) -> float:
     """Returns how high the centre of mass is over the soles when all coordinates are 0, m."""
     data = mujoco.MjData(reference.herd.model)
     mujoco.mj_forward(reference.herd.model, data)
-    lows: list[float] = []
-    for point in reference.anatomy.points:
-        body = data.body(point.body)
-        place = body.xpos + body.xmat.reshape(3, 3) @ np.array(point.offset)
-        lows.append(float(place[2]) - point.radius)
-    return float(data.subtree_com[1, 2]) - min(lows)
+    return float(data.subtree_com[1, 2]) - lowest(reference, data)

@@ -3,7 +3,15 @@
 from collections.abc import Generator
 from typing import Any
 
-from mjxwalk.envs import Course, JointStop, LeggedEnv, SoftContact, VelocityMotor, own_laws
+from mjxwalk.envs import (
+    Course,
+    FitnessTerms,
+    JointStop,
+    LeggedEnv,
+    SoftContact,
+    VelocityMotor,
+    own_laws,
+)
 from mjxwalk.verify import laws, senses
 
 # Methods that move walkers or end their trials, and may be a body's own.
@@ -12,9 +20,9 @@ KNOWN = {  # laws of a body's own, by the method that has them
     "drive": (VelocityMotor, own_laws.Righting),
     "carried": (own_laws.TorsoLoad,),
     "ankles": (own_laws.AlongHeading,),
-    "is_low": (own_laws.LowCentre,),
+    "is_low": (own_laws.LowCentre, own_laws.Forbidden),
     "is_over": (own_laws.Arrival, own_laws.Standstill),
-    "fitness": (own_laws.HindmostAnkle,),
+    "fitness": (own_laws.HindmostAnkle, FitnessTerms),
 }
 
 
@@ -54,7 +62,7 @@ def _missing(env: LeggedEnv) -> Generator[str]:
                 yield f"the law {type(law).__name__} in `{method}`"
     yield from _missing_motors(env)
     for sense in env.anatomy.senses:
-        if sense.name not in senses.COUNTED and senses.places(env.anatomy, sense) is None:
+        if not senses.known(env.anatomy, sense):
             yield f"the sense {sense.name}"
 
 
@@ -74,7 +82,7 @@ def _missing_motors(env: LeggedEnv) -> Generator[str]:
     drive = [type(law) for law in env.own_laws().get("drive", ())]
     if kinds == {"velocity"} and VelocityMotor not in drive:
         yield "motors by velocity, whose VelocityMotor `own_laws` should have,"
-    elif kinds not in ({"velocity"}, {"torque"}):
+    elif kinds not in ({"velocity"}, {"torque"}, {"position"}):
         yield f"motors by {' and '.join(sorted(kinds)) or 'nothing'}"
 
 

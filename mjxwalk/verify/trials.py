@@ -5,14 +5,16 @@ written once more, in float64. Shared with it: the source of the controller, whi
 walker is, though JAX compiles it here for float64; and where a trial starts, which is data.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from mjxwalk.envs import TRIAL_AXES, LeggedEnv, Trials
+from mjxwalk.envs import TRIAL_AXES, Anatomy, LeggedEnv, Trials
 from mjxwalk.rollout import Controller, Outcome
+from mjxwalk.verify import laws
 from mjxwalk.verify.reference import Reference
 from mjxwalk.verify.rules import Rules
 from mjxwalk.verify.senses import Senses
@@ -38,21 +40,15 @@ def run(env: LeggedEnv, controller: Controller, genotype: Any, trials: Trials) -
     senses = Senses(reference.anatomy, like)
     with jax.enable_x64(True), jax.default_device(jax.devices("cpu")[0]):
         double: Any = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), genotype)
-
-        def acted(memory: Any, seen: Any) -> Any:
-            memory, action = controller.act(double, memory, seen)
-            return memory, jnp.stack(action)  # in one piece, as each costs a copy
-
-        act = jax.jit(jax.vmap(acted, out_axes=(0, 1)))
+        act = _acting(controller, double, reference.anatomy)
         memory = _repeated(jax.jit(controller.init)(double), trials.num)
         walking = np.ones(trials.num, bool)
         while walking.any():
             # All are shown to the controller, those at rest too: another number compiles anew.
             memory, action = act(memory, senses.of(reference.qpos, reference.qvel, rules.sensed()))
-            action = np.asarray(action)
             before = reference.qpos, reference.qvel
             step = reference.step(action, walking)
-            walking &= ~rules.judge(walking, step, before, action[0])
+            walking &= ~rules.judge(walking, step, before, action)
     tally = rules.tally
     return Outcome(
         fitness=rules.fitness(),
@@ -64,6 +60,30 @@ def run(env: LeggedEnv, controller: Controller, genotype: Any, trials: Trials) -
         work=tally.work,
         steps=tally.steps,
     )
+
+
+def _acting(controller: Controller, genotype: Any, anatomy: Anatomy) -> Callable[..., Any]:
+    """Returns a function from memory and senses to the next memory, and what is asked of motors.
+
+    That is an array [field, walker, motor], with the fields of the motors' law.
+    """
+
+    def acted(memory: Any, seen: Any) -> Any:
+        memory, action = controller.act(genotype, memory, seen)
+        if not isinstance(action, tuple):
+            return memory, action
+        return memory, jnp.stack(action)  # in one piece, as each costs a copy
+
+    mapped = jax.jit(jax.vmap(acted))
+
+    def act(memory: Any, seen: Any) -> Any:
+        memory, action = mapped(memory, seen)
+        asked = np.asarray(action)
+        if asked.ndim == 2:
+            return memory, np.stack(laws.of_numbers(anatomy, asked))
+        return memory, np.moveaxis(asked, 1, 0)
+
+    return act
 
 
 def _repeated(memory: Any, num: int) -> Any:

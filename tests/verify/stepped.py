@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from mjxwalk import walkers
+from mjxwalk import robots, walkers
 from mjxwalk.envs import (
     Action,
     Course,
@@ -25,11 +25,14 @@ from mjxwalk.envs import (
     TrialVariation,
     VelocityMotor,
 )
+from mjxwalk.verify import laws
 from mjxwalk.verify.reference import Reference
 from mjxwalk.walker import Walker
 
-TOY = (Path(__file__).parents[1] / "toys" / "toy_biped.xml").read_text(encoding="utf-8")
+TOYS = Path(__file__).parents[1] / "toys"
+TOY, ODD = ((TOYS / f"{name}_biped.xml").read_text(encoding="utf-8") for name in ("toy", "odd"))
 LENIENT: dict[str, Any] = {"max_flight_time": 9.0, "max_time": 9.0}
+UPSET: dict[str, Any] = {"min_height": 0.01, "max_pitch": 9.0, "max_roll": 9.0, "max_yaw": 9.0}
 # Everything at work: motors at their limit, a load, a hand that rights the trunk, a slope.
 BUSY = Reil(
     terrain=TrialVariation(load=8.0, push=0.2, sideways=0.1, pitch_rate=0.3, slope=0.05),
@@ -48,7 +51,11 @@ BODIES: dict[str, LeggedEnv] = {
     "planar": Planar7(min_hip_height=0.01, **LENIENT),
     "spatial": Flame(min_hip_height=0.01, max_pitch=1.5, max_roll=3.0, **LENIENT),
     "hip-powered": BUSY,
-    "toy": MjcfEnv(body=TOY, min_height=0.01, max_pitch=9.0, max_roll=9.0, max_yaw=9.0, **LENIENT),
+    "toy": MjcfEnv(body=TOY, acting="torque", **UPSET, **LENIENT),
+    "odd": MjcfEnv.of(ODD, **UPSET, **LENIENT),
+}
+ROBOTS: dict[str, LeggedEnv] = {
+    name: MjcfEnv.of(robots.text(name), **UPSET, **LENIENT) for name in ("walker2d", "h1", "g1")
 }
 # Under the feet from the start on: a slope with steps, soft and slippery ground.
 COURSE = Course(
@@ -65,12 +72,17 @@ SHARE = 0.2  # of a motor's strength; feet land, slip and lift
 
 
 def actions(env: LeggedEnv, num: int) -> Any:
-    """Returns actions that drive all motors at once [step, motor]."""
+    """Returns actions that drive all motors at once [step, motor].
+
+    They are numbers from -1 to 1 for motors by position.
+    """
     motors = env.anatomy.motors
     time = env.timestep * np.arange(num)[:, None]
     waves = np.sin(15.0 * time + np.arange(len(motors)))
     if motors[0].law == "velocity":
         return HipTargets(jnp.asarray(0.5 * waves, jnp.float32))
+    if motors[0].law == "position":
+        return jnp.asarray(SHARE * waves, jnp.float32)
     strength = np.array([motor.strength for motor in motors])
     parts = SHARE * strength * waves, 0.1 * waves, SHARE * strength + 0.0 * waves, 0.02 * strength
     return Action(*(jnp.asarray(np.broadcast_to(part, waves.shape), jnp.float32) for part in parts))
@@ -135,9 +147,11 @@ def by_reference(env: LeggedEnv, num: int, at: LeggedEnv | None = None) -> Refer
     """Returns the same walkers after so many steps in C MuJoCo."""
     reference, plan = placed(env, at), actions(env, num)
     for step in range(num):
-        reference.step(
-            [np.repeat(np.asarray(part[step], np.float64)[None], 2, axis=0) for part in plan]
-        )
+        parts = plan if isinstance(plan, tuple) else (plan,)
+        asked = [np.repeat(np.asarray(part[step], np.float64)[None], 2, axis=0) for part in parts]
+        if not isinstance(plan, tuple):
+            asked = laws.of_numbers(env.anatomy, asked[0])
+        reference.step(asked)
     return reference
 
 

@@ -9,6 +9,7 @@ from verify.stepped import (
     BODIES,
     BUSY,
     ON_COURSE,
+    ROBOTS,
     actions,
     by_engine,
     by_reference,
@@ -29,7 +30,17 @@ EVERY = BODIES | ON_COURSE
 
 @pytest.mark.parametrize("name", EVERY)
 def test_a_body_moves_as_by_its_environment(name: str) -> None:
-    expected, found = by_engine(EVERY[name], NUM), by_reference(EVERY[name], NUM)
+    check_alike(EVERY[name])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_body_that_ships_moves_as_by_its_environment(name: str) -> None:
+    check_alike(ROBOTS[name])
+
+
+def check_alike(env: LeggedEnv) -> None:
+    expected, found = by_engine(env, NUM), by_reference(env, NUM)
     assert expected.touching.any() and not expected.trial.diverged.any()
     # Constants of float32 are right to 6e-8; contact carries that on, rates of light feet ring.
     np.testing.assert_allclose(found.qpos, expected.qpos, atol=CLOSE)
