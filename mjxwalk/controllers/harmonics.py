@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from mjxwalk.controllers.controller import Description
 from mjxwalk.controllers.policy import Policy
 from mjxwalk.envs.checks import count
 
@@ -58,6 +59,10 @@ class Harmonics(Policy):
             jnp.asarray(lift[:, 0] / np.pi),
             jnp.zeros(()),
         )
+
+    def describe(self) -> Description:
+        """Returns the rows of the series, which read no senses."""
+        return super().describe()._replace(inputs=())
 
     def respond(
         self,

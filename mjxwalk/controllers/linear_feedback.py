@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from mjxwalk.controllers.controller import Description, NetworkInput
 from mjxwalk.controllers.policy import Policy
 
 CLOCK = ("lift", "swing")  # the clock's inputs: a half sine while a leg is up, and a cosine
@@ -47,6 +48,19 @@ class LinearFeedback(Policy):
     ) -> tuple[Any, Float[Array, "2 row"]]:
         """Returns no memory, and the weighted sums."""
         return memory, with_clock(seen, phase) @ genotype.weights.T + genotype.bias
+
+    def describe(self) -> Description:
+        """Returns the columns and the rows of the weights."""
+        return described_with_clock(super().describe())
+
+
+def described_with_clock(description: Description) -> Description:
+    """Returns a description with the clock's inputs after the others."""
+    clock = (
+        NetworkInput(name=name, unit="", centre=0.0, scale=1.0, limit=None)
+        for name in ("clock's max(sin, 0)", "clock's cos")
+    )
+    return description._replace(inputs=(*description.inputs, *clock))
 
 
 def with_clock(

@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from mjxwalk.controllers.linear_feedback import CLOCK, with_clock
+from mjxwalk.controllers.controller import Description
+from mjxwalk.controllers.linear_feedback import CLOCK, described_with_clock, with_clock
 from mjxwalk.controllers.policy import Policy
 
 OWN_KEY = 0  # of the first layers' weights, which are the same for every run; ours
@@ -64,6 +65,10 @@ class Mlp(Policy):
             jnp.asarray(direct),
             jnp.zeros(()),
         )
+
+    def describe(self) -> Description:
+        """Returns the columns of the first layer and of the direct weights, and the last rows."""
+        return described_with_clock(super().describe())
 
     def respond(
         self,

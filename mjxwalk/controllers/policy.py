@@ -13,11 +13,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from mjxwalk.controllers import layout
-from mjxwalk.controllers.controller import Controller
+from mjxwalk.controllers.controller import Controller, Description, Network, NetworkInput
 from mjxwalk.controllers.layout import Layout
 from mjxwalk.envs.checks import positive
 from mjxwalk.envs.edge import takes_genotype
 
+UNITS = {"turning": "rad/s", "velocity": "m/s", "heading": "rad", "angle": "rad", "rate": "rad/s"}
 PACE = 0.364  # steps of a leg a time of the body; ours: 1.2 a second of a body of 1 m
 PACE_RANGE = 0.25  # by which the gene may change it, as a share; ours
 
@@ -125,6 +126,30 @@ class Policy(Controller):
             jnp.stack([phase, phase + jnp.pi]),
         )
         return memory, self.layout.action(self._both_sides(ours, theirs))
+
+    def describe(self) -> Description:
+        """Returns the scaled senses, whose outputs the rows are, and what other motors get."""
+        layout = self.layout
+        seen = zip(layout.inputs, layout.centre, layout.scale, strict=True)
+        return Description(
+            inputs=tuple(
+                NetworkInput(
+                    name=name,
+                    unit=UNITS.get(name.split()[0], ""),
+                    centre=centre,
+                    scale=scale,
+                    limit=None,
+                )
+                for name, centre, scale in seen
+            ),
+            networks=tuple(Network(name=layout.outputs[row], constants={}) for row in self.rows),
+            roles=(
+                "outputs are cut to -1 ... 1; motors without a row have the output of their mirror "
+                "partner's row for senses seen in a mirror and a clock half a period later, middle "
+                "ones the mean of both; the clock's phase is 2 pi f time with f = "
+                f"{PACE / layout.time:.6g} (1 + {PACE_RANGE:g} tanh(pace)) per second"
+            ),
+        )
 
     @property
     def rows(self) -> list[int]:

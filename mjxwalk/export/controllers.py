@@ -58,15 +58,14 @@ def as_safetensors(walker: Walker) -> bytes:
 def as_onnx(walker: Walker) -> bytes:
     """Returns a step of control as ONNX, sensing of roles and memory included.
 
-    Inputs are the senses and the memory by name, outputs the action by name and the memory of the
-    next step, `next.NAME` of `memory.NAME`.
+    Inputs are the senses and the memory by name, outputs the action by name, as the motors take it,
+    and the memory of the next step, `next.NAME` of `memory.NAME`.
 
     Raises:
       RunError: onnx is not installed, or it has no such operation.
     """
-    controller = walker.experiment.controller
-    observation = contract.observation_of(walker.experiment.env)
-    sensed = contract.sensed(walker.experiment.env)
+    env, controller = walker.experiment.env, walker.experiment.controller
+    observation, sensed = contract.observation_of(env), contract.sensed(env)
     start = controller.init(walker.genotype)
     tree = jax.tree.structure(start)
     memories = contract.memory_of(walker)
@@ -75,8 +74,10 @@ def as_onnx(walker: Walker) -> bytes:
         seen = observation._replace(**{name: values[name] for name in sensed})
         memory = jax.tree.unflatten(tree, [values[name] for name in memories])
         after, action = controller.act(walker.genotype, memory, seen)
+        plain = not isinstance(action, tuple)  # numbers from -1 to 1
+        asked: Any = env.scaled_action(action) if plain else action
         remembered = (f"{NEXT}{name.removeprefix(contract.MEMORY)}" for name in memories)
-        return action._asdict() | dict(zip(remembered, jax.tree.leaves(after), strict=True))
+        return asked._asdict() | dict(zip(remembered, jax.tree.leaves(after), strict=True))
 
     senses = {**sensed, **memories}
     like = {name: jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for name, leaf in senses.items()}

@@ -219,6 +219,15 @@ class _Graph:
                 and tuple(params["slice_sizes"])[1:] == array.shape[1:]
             ):
                 return self.node("Gather", [operands[0], np.asarray(operands[1])[..., 0]], axis=0)
+        if primitive == "scatter" and not isinstance(operands[1], str):
+            numbers = params["dimension_numbers"]
+            if (
+                not numbers.update_window_dims
+                and tuple(numbers.inserted_window_dims) == (0,)
+                and tuple(numbers.scatter_dims_to_operand_dims) == (0,)
+            ):
+                places = np.asarray(operands[1], np.int64)
+                return self.node("ScatterND", [operands[0], places, operands[2]])
         if primitive == "dot_general":
             (left, right), (batch, _) = params["dimension_numbers"]
             if not batch and len(left) == 1:

@@ -18,10 +18,14 @@ import pytest
 import safetensors.numpy
 import toy
 
-from mjxwalk import cli, walkers
+from mjxwalk import cli, robots, walkers
 from mjxwalk.controllers import CtrnnWalker, LinearReactive, SpatialReactive
+from mjxwalk.controllers.harmonics import Harmonics
+from mjxwalk.controllers.linear_feedback import LinearFeedback
+from mjxwalk.controllers.mlp import Mlp
 from mjxwalk.controllers.rayleigh_walker import RayleighWalker
-from mjxwalk.envs import Flame, Planar7, Reil
+from mjxwalk.controllers.recurrent import PatternGenerator
+from mjxwalk.envs import Flame, MjcfEnv, Planar7, Reil
 from mjxwalk.envs.trees import GRAVITY
 from mjxwalk.export import body, contract, controllers, sto, trajectory
 from mjxwalk.runs.trees import flatten
@@ -29,13 +33,22 @@ from mjxwalk.walker import Walker
 
 C_MUJOCO: Any = mujoco
 FIL = LinearReactive(links="all")
+H1, WALKER2D = (MjcfEnv.of(robots.text(name)) for name in ("h1", "walker2d"))
 CASES: dict[str, tuple[Any, Any]] = {
     "torque": (Planar7(), FIL),
     "angle": (Planar7(), dataclasses.replace(FIL, output="angle")),
     "spatial": (Flame(), SpatialReactive(links="all")),
     "oscillators": (Planar7(), RayleighWalker()),
     "neurons": (Reil(), CtrnnWalker(sense=4.0)),
+    "numbers": (H1, LinearFeedback(rates=True, period=0.005).on(H1)),
+    "numbers in the plane": (WALKER2D, LinearFeedback(moved="all").on(WALKER2D)),
+    "perceptron": (WALKER2D, Mlp(hidden=(5,)).on(WALKER2D)),
+    "harmonics": (WALKER2D, Harmonics().on(WALKER2D)),
+    "generator": (WALKER2D, PatternGenerator().on(WALKER2D)),
 }
+
+
+NUMBERS = ("numbers", "numbers in the plane")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,9 +108,10 @@ def test_onnx_does_what_the_controller_does(case: str) -> None:
     for number in range(12):
         observation = seen(env, number)
         memory, action = act(walker.genotype, memory, observation)
+        asked: Any = action if isinstance(action, tuple) else env.scaled_action(action)
         given = {name: np.asarray(getattr(observation, name)) for name in contract.sensed(env)}
         found = dict(zip(names, session.run(names, given | carried), strict=True))
-        for name, expected in action._asdict().items():
+        for name, expected in asked._asdict().items():
             # Both are float32, whose sums of products differ in the last digit of the largest.
             scale = max(1.0, float(np.abs(expected).max()))
             np.testing.assert_allclose(found[name], expected, rtol=0, atol=1e-6 * scale)
@@ -177,7 +191,7 @@ def test_safetensors_hold_the_same_weights_and_the_contract() -> None:
     assert json.loads(metadata["contract"]) == json.loads(controllers.told(walker))
 
 
-@pytest.mark.parametrize("case", ["torque", "spatial", "neurons"])
+@pytest.mark.parametrize("case", ["torque", "spatial", "neurons", *NUMBERS])
 def test_the_body_compiles_with_the_experiments_numbers(case: str) -> None:
     env, _ = CASES[case]
     if isinstance(env, Planar7):
@@ -292,3 +306,31 @@ def test_a_missing_package_is_one_sentence_that_says_what_to_install(
     monkeypatch.setitem(sys.modules, module, None)
     assert cli.main(["export", "zoo:planar-lpd", "--to", to, "--out", "/tmp/x"]) == 2
     assert f"{sys.executable} -m pip install '{module}>=" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("case", NUMBERS)
+def test_linear_feedback_follows_from_its_weights_and_their_json(case: str) -> None:
+    """A number for each motor of a row once more, from the two files alone."""
+    walker = made(case)
+    with np.load(io.BytesIO(controllers.as_npz(walker))) as file:
+        weights = dict(file)
+    told = json.loads(controllers.told(walker))
+    observation = seen(walker.experiment.env, 3)
+    found = re.search(r"f = (\S+) \(1 \+ (\S+) tanh", told["roles"])
+    assert found is not None
+    pace = float(found[1]) * (1 + float(found[2]) * np.tanh(weights["pace"]))
+    phase = 2 * np.pi * pace * float(observation.time)
+    senses = {"clock's max(sin, 0)": max(np.sin(phase), 0.0), "clock's cos": np.cos(phase)}
+    for sense in told["senses"]:
+        names = [f"{sense['name']} {part}" for part in sense["order"]]
+        values = np.ravel(getattr(observation, sense["name"]))
+        senses |= dict(zip(names, values, strict=bool(names)))
+    inputs = [(senses[each["name"]] - each["centre"]) / each["scale"] for each in told["inputs"]]
+    outputs = np.clip(weights["weights"] @ inputs + weights["bias"], -1.0, 1.0)
+    controller = walker.experiment.controller
+    _, action = controller.act(walker.genotype, controller.init(walker.genotype), observation)
+    numbers = dict(zip(told["actions"][0]["order"], np.asarray(action), strict=True))
+    for each, output in zip(told["networks"], outputs, strict=True):
+        if "left" in each["name"]:  # of middle ones it is the mean of both sides
+            assert numbers[each["name"]] == pytest.approx(output, abs=1e-4)
+    assert any("left" in each["name"] for each in told["networks"])
