@@ -325,9 +325,7 @@ class MjcfEnv(LeggedEnv):
 
     def _grounds(self, given: Trial, places: Float[Array, "body 3"]) -> Float[Array, " body"]:
         planar = self.anatomy.root.is_planar
-        heights = [
-            self.terrain.height(given.ground, x, None if planar else y) for x, y, _ in places
-        ]
+        heights = [self.ground_height(given, x, None if planar else y) for x, y, _ in places]
         return jnp.stack(heights)
 
     def scaled_action(self, values: Float[Array, " motor"], /) -> Action:

@@ -4,7 +4,7 @@ Nothing here knows the body: lengths, times and torques are derived from its siz
 """
 
 import dataclasses
-from typing import Any
+from typing import Any, Literal
 
 from mjxwalk import robots
 from mjxwalk.controllers import Harmonics, LinearFeedback, Mlp, PatternGenerator, Policy
@@ -36,7 +36,7 @@ def of_body(text: str) -> Experiment:
     return Experiment(
         name=NAME,
         env=dataclasses.replace(env, max_time=round(max(TRIAL_TIME, 1.1 * DISTANCE / speed), 1)),
-        controller=LinearFeedback(period=float(f"{PERIOD * time:.1g}")),
+        controller=LinearFeedback(period=float(f"{PERIOD * time:.1g}"), moved=_moved(env)),
         # ours: with 0.1 and more, walkers settle on a lunge.
         strategy=StrategyChoice(name="snes", options={"sigma": 0.03}),
         population_size=512,
@@ -57,13 +57,20 @@ def with_body(experiment: Experiment, text: str) -> Experiment:
         experiment,
         env=fresh.env,
         controller=dataclasses.replace(
-            experiment.controller, **_period(experiment.controller, fresh.controller)
+            experiment.controller, **_own(experiment.controller, fresh.controller)
         ),
     )
 
 
-def _period(controller: Any, fresh: Any) -> dict[str, float]:
-    return {"period": fresh.period} if hasattr(controller, "period") else {}
+def _own(controller: Any, fresh: Any) -> dict[str, Any]:
+    own = ("period", "moved")
+    return {name: getattr(fresh, name) for name in own if hasattr(controller, name)}
+
+
+def _moved(env: MjcfEnv) -> Literal["legs", "all"]:
+    """Returns what a policy moves at first: a walker without ankles balances by its trunk."""
+    has_ankles = all(leg.ankle is not None for leg in env.anatomy.legs)
+    return "legs" if has_ankles or env.anatomy.root.is_planar else "all"
 
 
 def _by(name: str, policy: Policy) -> Experiment:

@@ -12,6 +12,7 @@ import pytest
 from mjxwalk import robots
 from mjxwalk.controllers import Harmonics, LinearFeedback, Mlp, PatternGenerator, Policy
 from mjxwalk.envs import BodyObservation, MjcfEnv, mjcf_reader
+from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.rollout import rollout
 
 H1 = MjcfEnv.of(mjcf_reader.read(robots.path("h1")).text, max_time=0.1)
@@ -110,8 +111,6 @@ def test_legs_alone_move_while_arms_hold() -> None:
 
 def test_template_bends_knee_and_hip_so_that_the_foot_rises() -> None:
     """The pose that half a lift asks for has a higher foot, by C MuJoCo's kinematics."""
-    import mujoco
-
     policy = LinearFeedback().on(H1)
     model = H1.model.mujoco
     data = mujoco.MjData(model)
