@@ -113,6 +113,22 @@ def test_inner_loops_stay_inside_when_an_outer_carry_never_changes() -> None:
     np.testing.assert_allclose(got, want, rtol=1e-5, atol=1e-6)
 
 
+def test_a_test_may_read_what_two_loops_around_it_carry() -> None:
+    def function(w: Any) -> Any:
+        def outer(state: Any) -> Any:
+            def middle(held: Any) -> Any:
+                count, sum_ = held
+                far = jnp.abs(sum_) + jnp.abs(state[1]) + 1
+                return count + 1, lax.while_loop(lambda y: y < far, lambda y: y * 1.5 + 1, 0.0) / 9
+
+            return state[0] + 1, lax.while_loop(lambda s: s[0] < 3, middle, (0, state[1]))[1]
+
+        return lax.while_loop(lambda s: s[0] < 5, outer, (0, w))[1]
+
+    got, want = lanes.vmap(function)(STARTS), jax.vmap(function)(STARTS)
+    np.testing.assert_allclose(got, want, rtol=1e-5)
+
+
 def test_a_loop_whose_test_has_a_loop_agrees_with_jax() -> None:
     def function(x: Any) -> Any:
         def test(total: Any) -> Any:

@@ -32,17 +32,31 @@ def build_program(
 def _tests(build: GraphBuilder, number: LoopId) -> tuple[int, int]:
     """Returns a loop's test, computed from its first values and from those after a step."""
     graph, loop = build.graph, build.graph.loops[number]
-    carries = {graph.add("carry", graph.nodes[node].dtype, (), (number, place)): place
-               for place, node in loop.initial.items()}  # fmt: skip
+    carries = _carries(graph, number)
+    # A step of a loop around this one depends on this loop; within that step its carries are fixed.
+    around: set[int] = set()
+    outer = loop.parent
+    while outer != OUTSIDE:
+        around.update(_carries(graph, outer))
+        outer = graph.loops[outer].parent
     tests: list[int] = []
     for values, parent in ((loop.initial, loop.parent), (loop.following, number)):
         known = {carry: values[place] for carry, place in carries.items()}
-        older = [n for n in reachable(graph, [loop.condition], known) if n not in known]
+        older = [
+            n for n in reachable(graph, [loop.condition], around | set(known)) if n not in known
+        ]
         moved = _moved(graph, older, known)
         fixed = {n: n for n in older if n not in moved} | known
         mapping = build.substitute(older, graph, fixed, parent)
         tests.append(mapping[loop.condition])
     return tests[0], tests[1]
+
+
+def _carries(graph: Graph, number: LoopId) -> dict[int, int]:
+    """Returns the place of each carry of a loop."""
+    initial = graph.loops[number].initial
+    return {graph.add("carry", graph.dtype(node), (), (number, place)): place
+            for place, node in initial.items()}  # fmt: skip
 
 
 def _moved(graph: Graph, nodes: Sequence[int], roots: Iterable[int]) -> set[int]:
