@@ -171,6 +171,18 @@ def _convert(b: GraphBuilder, dtype: str, args: tuple[int, ...], values: Values)
     return None
 
 
+def _pow(b: GraphBuilder, dtype: str, args: tuple[int, ...], values: Values) -> int | None:
+    """Turns small whole powers into products (rounding), as XLA does."""
+    x, exponent = args[0], values[1]
+    if exponent is None or exponent not in (0, 1, 2, 3, 4):
+        return None
+    power = b.constant(1, dtype)
+    for bit in f"{int(exponent):b}":
+        power = b.same("mul", power, power)
+        power = b.same("mul", power, x) if bit == "1" else power
+    return power
+
+
 def _nothing(b: GraphBuilder, dtype: str, args: tuple[int, ...], values: Values) -> int | None:
     return None
 
@@ -182,7 +194,7 @@ def _rint(b: GraphBuilder, dtype: str, args: tuple[int, ...], values: Values) ->
 RULES: dict[str, Rule] = {
     **dict.fromkeys(
         "rem sqrt rsqrt fma shl shr sar bitcast sin cos tan asin acos atan atan2 sinh cosh tanh "
-        "asinh acosh atanh exp exp2 expm1 log log1p logistic pow cbrt erf".split(),
+        "asinh acosh atanh exp exp2 expm1 log log1p logistic cbrt erf".split(),
         _nothing,
     ),
     **boolean_rules.RULES,
@@ -195,6 +207,7 @@ RULES: dict[str, Rule] = {
     "recip": _recip,
     "neg": _neg,
     "abs": _abs,
+    "pow": _pow,
     "convert": _convert,
 }
 
