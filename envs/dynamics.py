@@ -102,7 +102,7 @@ def equations(
         for load in body_loads:
             wrench += jnp.concatenate([jnp.cross(load.offset, load.force), load.force])
             inertia = inertia.at[body].add(_point_inertia(load))
-        force += _moves(model, body) * (data.cdof @ wrench)
+        force += moves(model.mujoco, body) * (data.cdof @ wrench)
     data = mjx.crb(model.mjx, data.tree_replace({"_impl.cinert": inertia}))
     return mjx.full_m(model.mjx, data) + jnp.diag(added_inertia), force
 
@@ -160,9 +160,8 @@ def _point_inertia(load: PointLoad) -> Float[Array, "10"]:
     return load.mass * jnp.stack([xx, yy, zz, -x * y, -x * z, -y * z, x, y, z, one])
 
 
-def _moves(model: Model, body: int) -> Float[np.ndarray, " nv"]:
-    """Returns 1 for each degree of freedom that moves the body, else 0."""
-    m = model.mujoco
+def moves(m: Any, body: int) -> Float[np.ndarray, " nv"]:
+    """Returns 1 for each degree of freedom of a `mujoco.MjModel` that moves the body, else 0."""
     moves = np.zeros(m.nv, np.float32)
     while body:
         first = m.body_dofadr[body]

@@ -124,14 +124,7 @@ class LeggedEnv(LeggedBody):
             ),
         )
         moved = moved._replace(own=self.carry_on(state, moved, now, action, given))
-        return trial.judge(
-            self,
-            state,
-            moved,
-            max_speed=self._max_speed,
-            has_fallen=lambda after: self._has_fallen(after, given),
-            is_over=self.is_over,
-        )
+        return self._judged(state, moved, given)
 
     def drive(self, state: State, action: Any, now: Instant, loads: Loads) -> Driven:
         """Returns what motors, springs and stops do to the body, by motors that give torques.
@@ -221,6 +214,17 @@ class LeggedEnv(LeggedBody):
         soil = self._soil(given, self.timestep, implicit=self.implicit)
         contact, loads = tree.touch(state, now, soil)
         return now, contact, {**loads, **self.carried(state, now, given)}
+
+    def _judged(self, before: State, after: State, given: Trial) -> State:
+        """Returns the state after a step with the trial's end in it, if it is one."""
+        return trial.judge(
+            self,
+            before,
+            after,
+            max_speed=self._max_speed,
+            has_fallen=lambda moved: self._has_fallen(moved, given),
+            is_over=self.is_over,
+        )
 
     def _full(self, action: Any) -> Any:
         """Returns the action that numbers from -1 to 1 stand for; others as they are."""

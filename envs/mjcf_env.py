@@ -2,21 +2,34 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from mjxwalk.envs import checks, dynamics, floating, mjcf_anatomy, mjcf_motors, mjcf_tree
+from mjxwalk.envs import (
+    body_heights,
+    checks,
+    dynamics,
+    edge,
+    floating,
+    mjcf_anatomy,
+    mjcf_defaults,
+    mjcf_motors,
+    mjcf_tree,
+    mujoco_law,
+    trial,
+)
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import SoftContact
 from mjxwalk.envs.fitness_terms import FitnessTerms, Seen, Tally
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.legged import LeggedEnv
 from mjxwalk.envs.legged_body import Sprung
-from mjxwalk.envs.mjcf_source import geoms_of
 from mjxwalk.envs.motor import Action, Springs
+from mjxwalk.envs.mujoco_contact import MujocoContact
+from mjxwalk.envs.mujoco_step import MujocoState
 from mjxwalk.envs.observation import BodyObservation
 from mjxwalk.envs.own_laws import Forbidden
 from mjxwalk.envs.state import State
@@ -24,22 +37,17 @@ from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.trees import Instant
 from mjxwalk.envs.trial import Trial, TrialState
 
-# ours: shares of a body's weight, of the height of its root, and of the time that a fall from there
-# takes, over the square root of two. Each is what let the first few bodies walk.
-SINK = 0.004  # of four points of the feet that carry it, in heights
-STOP_STIFFNESS = 4.0  # of joints' limits, in weights times heights a rad
-STOP_TIME = 0.04  # of their damping over their stiffness
-STEP = 0.011  # of the physics
-SPEED = 0.28  # that is wanted
-LEAST_SPEED = 0.14  # below which a walker falls behind
-MOST_LAG = 2.0  # heights that it may fall behind
-FLIGHT = 0.3  # without ground contact
-# What a second at the wanted speed is worth, beside 1 for not falling, and costs: sideways, and by
-# a cost of transport of 1.
-DISTANCE_WORTH, DRIFT_COST, WORK_COST = 0.44, 0.26, 0.09
-MOST_FRICTION = 1.0  # a file's feet may say more, and ground like that is rare
-CLEARANCE = 0.05  # of a foot in the air, that is wanted
-FINEST, COARSEST = 0.0005, 0.002  # s; of the physics
+
+class Own(NamedTuple):
+    """What a body of a file carries beside its coordinates.
+
+    Attributes:
+      tally: what terms and ends have counted.
+      mujoco: what MuJoCo carries under its contact law; None under the other.
+    """
+
+    tally: Tally
+    mujoco: MujocoState | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -51,6 +59,9 @@ class MjcfEnv(LeggedEnv):
     Attributes:
       body: MJCF, in itself complete.
       start_angles: of the joints by name at the start, rad; of others the file says them.
+      contact_law: "points" for springs, dampers and friction at points of the feet, or "mujoco" for
+        MuJoCo's contacts of all geoms and its constraint solver.
+      solver: of the contact law "mujoco".
       acting: what a policy's numbers from -1 to 1 are: "target" of joints about where they start,
         held by stiffness and damping, or "torque".
       gains: of motors that hold targets: "derived" from the body's weight and size, or those of the
@@ -74,6 +85,8 @@ class MjcfEnv(LeggedEnv):
     start_angles: Mapping[str, float] = dataclasses.field(
         default_factory=dict[str, float], hash=False
     )
+    contact_law: Literal["points", "mujoco"] = "points"
+    solver: MujocoContact = MujocoContact()
     acting: Literal["target", "torque"] = "target"
     gains: Literal["derived", "file"] = "derived"
     terms: FitnessTerms = FitnessTerms()
@@ -91,17 +104,23 @@ class MjcfEnv(LeggedEnv):
 
     def __post_init__(self) -> None:
         checks.positive(self, "min_height", "max_pitch", "max_roll", "max_yaw")
-        for name, known in (("acting", ("target", "torque")), ("gains", ("derived", "file"))):
+        for name, known in (
+            ("contact_law", ("points", "mujoco")),
+            ("acting", ("target", "torque")),
+            ("gains", ("derived", "file")),
+        ):
             if getattr(self, name) not in known:
                 raise ValueError(
                     f'{name} must be "{known[0]}" or "{known[1]}", got "{getattr(self, name)}"'
                 )
         super().__post_init__()
-        _ = self._stance  # refuses a file that is no body
+        _ = self.stance  # refuses a file that is no body
         names = [str(self.model.mujoco.body(body).name) for body in range(self.model.mujoco.nbody)]
         for name in self.forbidden:
             if name not in names:
                 raise ValueError(f"forbidden names {name}, and the body has {', '.join(names[1:])}")
+        if self._is_mujocos:
+            mujoco_law.model_of(self)  # refuses what MJX cannot compute
         _ = self.anatomy  # refuses motors that nothing here moves
 
     @classmethod
@@ -115,34 +134,48 @@ class MjcfEnv(LeggedEnv):
         Raises:
           ValueError: the text is no body that can be simulated, or a setting is wrong.
         """
-        found = mjcf_anatomy.stance(text)
-        height, weight, time = found.height, found.weight, found.time
-        stiffness = weight / (4 * SINK * height)
-        mass = weight / mjcf_anatomy.GRAVITY
-        stop = STOP_STIFFNESS * weight * height
-        pace = height / time
-        derived: dict[str, Any] = {
-            "contact": SoftContact(
-                stiffness=_rounded(stiffness),
-                damping=_rounded(np.sqrt(stiffness * mass / 4)),
-                friction=_rounded(min(MOST_FRICTION, mjcf_tree.friction(text))),
-            ),
-            "joint_stop": JointStop(
-                stiffness=_rounded(stop), damping=_rounded(STOP_TIME * time * stop)
-            ),
-            "timestep": float(np.clip(_rounded(STEP * time, 1), FINEST, COARSEST)),
-            "max_flight_time": _rounded(FLIGHT * time),
-            "min_speed": _rounded(LEAST_SPEED * pace),
-            "max_lag": _rounded(MOST_LAG * height),
-            "terms": FitnessTerms(
-                speed=_rounded(SPEED * pace),
-                clear_height=_rounded(CLEARANCE * height),
-                distance=_rounded(DISTANCE_WORTH / (SPEED * pace)),
-                drift=_rounded(-DRIFT_COST / (SPEED * pace)),
-                work=_rounded(-WORK_COST * height / (SPEED * pace)),
-            ),
-        }
+        derived = mjcf_defaults.of_text(text, contact_law=settings.get("contact_law", "points"))
         return cls(body=text, **{**derived, **settings})
+
+    @edge.takes_arrays
+    def step(self, state: State, action: Any, given: Trial) -> State:
+        """Returns the walker one physics step later, and whether its trial is over."""
+        if not self._is_mujocos:
+            return super().step(state, action, given)
+        self._check_action(action)
+        action, driven = self._full(action), self.anatomy.driven
+        at, after, report = mujoco_law.step(self, state, action, given)
+        touching = mujoco_law.of_points(self, report.touching)
+        moved = state._replace(
+            qpos=at.qpos,
+            qvel=at.qvel,
+            touching=touching,
+            ankle_x=report.foot[:, 0],
+            trial=trial.count(
+                self,
+                state.trial,
+                touching=touching,
+                torque=report.torque,
+                rate=at.qvel[driven],
+            ),
+            own=state.own._replace(mujoco=after),
+        )
+        tally = self.carry_on(state, moved, self._tree.see(state), action, given).tally
+        moved = moved._replace(own=moved.own._replace(tally=tally))
+        return self._judged(state, moved, given)
+
+    def ground_forces(self, state: State, given: Trial) -> Float[Array, "point 3"]:
+        """Returns the ground's force on each contact point, N; a foot's is shared by its points."""
+        if not self._is_mujocos:
+            return super().ground_forces(state, given)
+        idle = self._full(jnp.zeros(len(self.anatomy.motors)))
+        _, _, report = mujoco_law.step(self, state, idle, given)
+        shares = [1.0 / len(self.anatomy.points_of(leg)) for leg in self.anatomy.legs]
+        return mujoco_law.of_points(self, report.force * jnp.array(shares)[:, None])
+
+    @property
+    def _is_mujocos(self) -> bool:
+        return self.contact_law == "mujoco"
 
     @property
     def model(self) -> dynamics.Model:
@@ -188,37 +221,39 @@ class MjcfEnv(LeggedEnv):
 
     @property
     def lowest_hips(self) -> float:
-        return self.min_height * self._stance.height
+        return self.min_height * self.stance.height
 
     @property
     def leg_length(self) -> float:
         """From the root to the lowest point of the feet as it stands at the start, m."""
-        return self._stance.height
+        return self.stance.height
 
     @property
     def walking_time(self) -> float:
         """Of a fall from the root's height, over the square root of two, s; gaits go by it."""
-        return self._stance.time
+        return self.stance.time
 
     def start(self, given: Trial, /) -> State:
         """Returns a walker at rest, its lowest points as deep as its weight presses them."""
-        stance, root = self._stance, self.anatomy.root
+        stance, root = self.stance, self.anatomy.root
         depth = self.weight / (int(stance.touching.sum()) * self.contact.stiffness)
         zero = jnp.zeros(())
         ground = self.terrain.height(given.ground, zero, None if root.is_planar else zero)
         points = len(self.anatomy.points)
+        qpos = jnp.asarray(stance.qpos).at[root.height].add(ground - depth)
+        tally = self.terms.begin(
+            legs=len(self.anatomy.legs),
+            motors=len(self.anatomy.motors),
+            watches=bool(self.forbidden),
+        )
         return State(
-            qpos=jnp.asarray(stance.qpos).at[root.height].add(ground - depth),
+            qpos=qpos,
             qvel=jnp.zeros(len(stance.qpos)),
             stretch=jnp.zeros(points if root.is_planar else (points, 2)),
             touching=jnp.asarray(stance.touching),
             ankle_x=jnp.asarray(stance.ankle_x),
             trial=TrialState.begin(),
-            own=self.terms.begin(
-                legs=len(self.anatomy.legs),
-                motors=len(self.anatomy.motors),
-                watches=bool(self.forbidden),
-            ),
+            own=Own(tally, mujoco_law.begin(self, qpos) if self._is_mujocos else None),
         )
 
     def sense(self, state: State, /) -> BodyObservation:
@@ -252,7 +287,7 @@ class MjcfEnv(LeggedEnv):
     def own_laws(self) -> dict[str, tuple[Any, ...]]:
         return {
             "fitness": (self.terms,),
-            "is_low": (Forbidden(self.forbidden, self._forbidden_radii),),
+            "is_low": (Forbidden(self.forbidden, body_heights.forbidden_radii(self)),),
         }
 
     def fitness(self, state: State, /) -> Float[Array, ""]:
@@ -262,32 +297,32 @@ class MjcfEnv(LeggedEnv):
         far = state.qpos[root.forward]
         if terms.speed:
             far = jnp.minimum(far, terms.speed * seconds)
-        usual = self.weight * self._stance.height
+        usual = self.weight * self.stance.height
         worth = terms.distance * far + terms.alive * seconds
         if root.sideways is not None:
             worth += terms.drift * jnp.abs(state.qpos[root.sideways])
         worth += terms.work * trial.work / usual + terms.torque * trial.torque_cost / usual
-        return worth + terms.worth(state.own)
+        return worth + terms.worth(state.own.tally)
 
     def carry_on(self, state: State, moved: State, now: Instant, action: Any, given: Trial) -> Any:
         """Returns what terms and ends have counted after a step."""
         del moved
-        tally: Tally = state.own
+        tally: Tally = state.own.tally
         if all(part is None for part in tally):
-            return tally
+            return state.own
         strength = np.array([each.strength for each in self.anatomy.motors], np.float32)
         seen = Seen(
             self.sense(state),
             (action.target + action.torque) / strength,
-            None if tally.clear is None else self._clear(state, now, given),
-            None if tally.forbidden is None else self._touches(state, now, given),
+            None if tally.clear is None else body_heights.clear(self, state, now, given),
+            None if tally.forbidden is None else body_heights.touches(self, state, now, given),
         )
-        return self.terms.count(tally, seen, seconds=self.timestep)
+        return state.own._replace(tally=self.terms.count(tally, seen, seconds=self.timestep))
 
     def is_low(self, state: State, ground: Float[Array, ""] | float, /) -> Bool[Array, ""]:
         """Returns whether the root is too low, or a body touches the ground that must not."""
         low = super().is_low(state, ground)
-        return low if state.own.forbidden is None else low | state.own.forbidden
+        return low if state.own.tally.forbidden is None else low | state.own.tally.forbidden
 
     def low_words(self) -> str:
         """Returns what `is_low` means, for someone who asks why a walker fell."""
@@ -295,38 +330,6 @@ class MjcfEnv(LeggedEnv):
         return (
             f"{words}, or {' or '.join(self.forbidden)} on the ground" if self.forbidden else words
         )
-
-    def _clear(self, state: State, now: Instant, given: Trial) -> Float[Array, " leg"]:
-        """Returns how high feet are over the ground below them, more than at the start, m."""
-        feet = self._places(state, now, self._feet)
-        ground = self._grounds(given, feet)
-        return feet[:, 2] - ground - np.array(self._stance.feet, np.float32)
-
-    def _touches(self, state: State, now: Instant, given: Trial) -> Bool[Array, ""]:
-        """Returns whether a forbidden body's sphere touches the ground."""
-        places = self._places(state, now, self.forbidden)
-        radii = np.array(self._forbidden_radii, np.float32)
-        return jnp.any(places[:, 2] - radii < self._grounds(given, places))
-
-    @property
-    def _forbidden_radii(self) -> tuple[float, ...]:
-        """Of spheres at bodies' origins; ours: half of that about a body's largest geom, m."""
-        model = self.model.mujoco
-        geoms = [geoms_of(model, model.body(name).id) for name in self.forbidden]
-        return tuple(0.5 * max(model.geom_rbound[own], default=0.0) for own in geoms)
-
-    def _places(self, state: State, now: Instant, names: tuple[str, ...]) -> Float[Array, "body 3"]:
-        """Returns where bodies are in the world, m."""
-        places = self._tree.bodies(now, names)
-        if now.axes is None:
-            root = jnp.stack([state.qpos[0], jnp.zeros(()), state.qpos[1]])
-            return places + root
-        return state.qpos[:3] + places @ now.axes.T
-
-    def _grounds(self, given: Trial, places: Float[Array, "body 3"]) -> Float[Array, " body"]:
-        planar = self.anatomy.root.is_planar
-        heights = [self.ground_height(given, x, None if planar else y) for x, y, _ in places]
-        return jnp.stack(heights)
 
     def scaled_action(self, values: Float[Array, " motor"], /) -> Action:
         """Returns the action of numbers from -1 to 1, one for each motor."""
@@ -353,10 +356,6 @@ class MjcfEnv(LeggedEnv):
         )
 
     @property
-    def _stance(self) -> mjcf_anatomy.Stance:
+    def stance(self) -> mjcf_anatomy.Stance:
+        """How it stands as trials start."""
         return mjcf_anatomy.stance(self.body, tuple(sorted(self.start_angles.items())))
-
-
-def _rounded(value: float, digits: int = 2) -> float:
-    """Returns a number with so many digits, so that settings are read easily."""
-    return float(f"{value:.{digits}g}")

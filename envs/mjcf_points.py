@@ -124,10 +124,10 @@ def of_foot(pose: Pose, bodies: list[int], *, planar: bool, reach: float) -> lis
         geoms = list(geoms_of(pose.model, body))
         colliding = [geom for geom in geoms if may_touch(pose.model, geom)]
         for geom in colliding or geoms:
-            found += _lower(pose, geom)
+            found += lower(pose, geom)
     low = min(point.height for point in found)
     found = _apart([each for each in found if each.height < low + reach], planar)
-    return _spread(_outer(pose, found, planar))
+    return spread(_outer(pose, found, planar))
 
 
 def _sites(pose: Pose, bodies: list[int]) -> list[Point]:
@@ -145,7 +145,7 @@ def _sites(pose: Pose, bodies: list[int]) -> list[Point]:
     ]
 
 
-def _lower(pose: Pose, geom: int) -> list[Point]:
+def lower(pose: Pose, geom: int) -> list[Point]:
     """Returns the points of a geom, of those with corners the lower half."""
     model = pose.model
     body = int(model.geom_bodyid[geom])
@@ -200,7 +200,7 @@ def _outer(pose: Pose, points: list[Point], planar: bool) -> list[Point]:
     return [point for number, point in enumerate(points) if counts(number)]
 
 
-def _spread(points: list[Point]) -> list[Point]:
+def spread(points: list[Point]) -> list[Point]:
     """Returns at most `MOST` points, each as far from those before it as it can be."""
     if len(points) <= MOST:
         return points

@@ -58,6 +58,7 @@ class FileTree(NamedTuple):
       joints: the coordinates below the root.
       legs: of the body.
       points: of each leg.
+      turn: from the root's axes in the file to those here: forward, left and up.
       attitude: yaw, pitch and roll of the root in the start pose, or the pitch alone, rad.
     """
 
@@ -70,6 +71,7 @@ class FileTree(NamedTuple):
     joints: tuple[FileJoint, ...]
     legs: tuple[mjcf_legs.FileLeg, ...]
     points: tuple[tuple[mjcf_points.Point, ...], ...]
+    turn: Float[np.ndarray, "3 3"]
     attitude: tuple[float, ...]
 
 
@@ -102,7 +104,7 @@ def of_text(text: str) -> FileTree:
     hinged = dynamics.compile_model(spec.copy())
     free = None if planar else dynamics.compile_model(floating.freed(spec.copy(), names[1]))
     return FileTree(
-        pose, spec, hinged, free, planar, names, joints, tuple(legs), tuple(points), attitude
+        pose, spec, hinged, free, planar, names, joints, tuple(legs), tuple(points), turn, attitude
     )
 
 
@@ -275,10 +277,10 @@ def _spec(
             explicitinertial=True,
         )
         if body == 1:
-            _add_root(made[1], planar)
+            add_root(made[1], planar)
         for each in joints:
             if int(model.jnt_bodyid[each.joint]) == body:
-                _add_joint(made[body], model, each)
+                add_joint(made[body], model, each)
         for geom in mjcf_source.geoms_of(model, body):
             _add_geom(spec, made[body], model, geom, front)
     for foot in points:
@@ -295,14 +297,16 @@ def _after(turn: Float[np.ndarray, "3 3"], quat: Float[np.ndarray, "4"]) -> Any:
     return mjcf_source.quaternion(turn @ mjcf_source.matrix(quat))
 
 
-def _add_root(body: Any, planar: bool) -> None:
+def add_root(body: Any, planar: bool) -> None:
+    """Adds a joint for each of the root's coordinates to a body of a `mujoco.MjSpec`."""
     for kind, axes in ((SLIDE, SLIDES), (HINGE, TURNS)):
         for name, axis in axes:
             if not planar or name in PLANAR:
                 body.add_joint(name=name, type=mujoco.mjtJoint(kind), axis=axis)
 
 
-def _add_joint(body: Any, model: Any, each: FileJoint) -> None:
+def add_joint(body: Any, model: Any, each: FileJoint) -> None:
+    """Adds the joint of a coordinate to a body of a `mujoco.MjSpec`."""
     joint = each.joint
     slide, ball = (int(model.jnt_type[joint]) == kind for kind in (SLIDE, BALL))
     place, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])

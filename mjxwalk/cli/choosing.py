@@ -132,6 +132,8 @@ def _with_flags(asked: EvolveArguments, experiment: Any) -> Any:
     """Returns the experiment with the body and the settings that have flags of their own."""
     if asked.body is not None:
         experiment = own_body.put(experiment, asked.body)
+    if asked.contact is not None:
+        experiment = own_body.with_contact(experiment, asked.contact)
     for flag, path in SETTINGS.items():
         value = getattr(asked, flag)
         if value is not None:

@@ -2,7 +2,7 @@
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
@@ -83,6 +83,8 @@ class EvolveArguments(Together, Following):
       roughness: step of the random terrain, m.
       body: MJCF or URDF file of your own body, the name of one that ships (`mjxwalk list`), or a
         run that has one; docs/any-body.md tells more.
+      contact: contact law of a body of --body: points, springs and dampers at its feet, or mujoco,
+        MuJoCo's own contacts and solver, some ten times slower.
       links: JSON file with the inputs that each network sees besides its own angle, rate and bias.
       engine: what runs the trials; auto takes the fastest on this machine.
       out: folder of the run, new or empty.
@@ -103,6 +105,7 @@ class EvolveArguments(Together, Following):
     terrains: OptionalInt = None
     roughness: OptionalFloat = None
     body: Annotated[Path | None, tyro.conf.arg(metavar="FILE|NAME|RUN")] = None
+    contact: Literal["points", "mujoco"] | None = None
     links: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     engine: EngineName = "auto"
     out: OutPath = None

@@ -69,3 +69,17 @@ def put(experiment: Any, path: Path) -> Any:
     for note in (*found.notes, *found.points):
         print(f"{path}: {note}", file=sys.stderr)
     return changed
+
+
+def with_contact(experiment: Any, law: str) -> Any:
+    """Returns the experiment under another contact law.
+
+    Raises:
+      RunError: its body has no other, or MJX cannot compute the body's contacts.
+    """
+    from mjxwalk.experiments import walk
+
+    try:
+        return walk.with_contact(experiment, law)
+    except ValueError as error:
+        raise RunError(str(error)) from None

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from mjxwalk import robots
 from mjxwalk.controllers import Harmonics, LinearFeedback, Mlp, PatternGenerator, Policy
-from mjxwalk.envs import MjcfEnv, mjcf_reader
+from mjxwalk.envs import MjcfEnv, mjcf_defaults, mjcf_reader
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
 from mjxwalk.experiments.goal import Goal
 
@@ -60,6 +60,22 @@ def with_body(experiment: Experiment, text: str) -> Experiment:
             experiment.controller, **_own(experiment.controller, fresh.controller)
         ),
     )
+
+
+def with_contact(experiment: Any, law: str) -> Any:
+    """Returns an experiment under a contact law, "points" or "mujoco", and its usual time step.
+
+    Raises:
+      ValueError: the body has one law alone, or MJX cannot compute its contacts.
+    """
+    env = getattr(experiment, "env", None)
+    if not isinstance(env, MjcfEnv):
+        raise ValueError(
+            f"{experiment.name} has one contact law; choose {NAME} or another experiment of --body"
+        )
+    step = mjcf_defaults.of_text(env.body, contact_law=law)["timestep"]
+    env = dataclasses.replace(env, contact_law=law, timestep=step)
+    return dataclasses.replace(experiment, env=env)
 
 
 def _own(controller: Any, fresh: Any) -> dict[str, Any]:

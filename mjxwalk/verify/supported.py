@@ -55,6 +55,9 @@ def _missing(env: LeggedEnv) -> Generator[str]:
     ):
         if type(value) not in known:
             yield f"the {what} {type(value).__name__}"
+    law = getattr(env, "contact_law", "points")
+    if law != "points":
+        yield f"the contact law {law}"
     yield from _missing_methods(env)
     for method, own in env.own_laws().items():
         for law in own:

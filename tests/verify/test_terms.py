@@ -66,7 +66,7 @@ def test_a_trial_ends_as_a_forbidden_body_touches_the_ground() -> None:
     found = trials.run(env, controller, limp, env.level_trials())
     # It falls at some 2 m/s, 4 mm a step.
     assert abs(int(found.steps[0]) - int(state.trial.num_steps)) <= 1
-    assert found.fell[0] and bool(state.own.forbidden) and 0.1 < found.duration[0] < 2.9
+    assert found.fell[0] and bool(state.own.tally.forbidden) and 0.1 < found.duration[0] < 2.9
 
 
 def last_state(env: Any, controller: Any, genotype: Any) -> Any:
