@@ -286,6 +286,7 @@ class MjcfEnv(LeggedEnv):
 
     def own_laws(self) -> dict[str, tuple[Any, ...]]:
         return {
+            "step": (),  # under contact law points it is that of all bodies
             "fitness": (self.terms,),
             "is_low": (Forbidden(self.forbidden, body_heights.forbidden_radii(self)),),
         }
