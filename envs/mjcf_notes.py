@@ -93,11 +93,6 @@ def _of_joints(kept: Kept, places: Sequence[Place]) -> list[str]:
             lambda joint: int(model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_BALL),
         ),
         (
-            "loses its dry friction (frictionloss)",
-            "lose their dry friction (frictionloss)",
-            lambda joint: model.dof_frictionloss[dofs[joint]],
-        ),
-        (
             "has a spring or damper that is linear from here on",
             "have springs or dampers that are linear from here on",
             lambda joint: (
