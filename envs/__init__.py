@@ -13,6 +13,8 @@ from mjxwalk.envs.legged import LeggedEnv
 from mjxwalk.envs.mjcf_env import MjcfEnv
 from mjxwalk.envs.motor import Action
 from mjxwalk.envs.observation import BodyObservation, PlanarObservation, SpatialObservation
+from mjxwalk.envs.payload import Payload
+from mjxwalk.envs.push import Push
 from mjxwalk.envs.state import State
 from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.terrain import RandomWalk, Terrain
@@ -34,8 +36,10 @@ __all__ = [
     "JointStop",
     "LeggedEnv",
     "MjcfEnv",
+    "Payload",
     "PlanarObservation",
     "Planar7",
+    "Push",
     "RandomWalk",
     "Reil",
     "SerpentineWalk",

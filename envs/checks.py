@@ -46,6 +46,11 @@ def finite(settings: Any, *fields: str) -> None:
             raise ValueError(f"{field} must be from {-LARGEST:g} to {LARGEST:g}, got {value}")
 
 
+def span(mean: float, spread: float) -> str:
+    """Returns the numbers that trials draw, in words."""
+    return f"{mean - spread:g} to {mean + spread:g}" if spread else f"{mean:g}"
+
+
 def steps(settings: Any) -> None:
     """Raises ValueError unless the steps of a trial can be counted."""
     num = settings.max_time / settings.timestep

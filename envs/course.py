@@ -104,8 +104,8 @@ class Course:
         """Returns what lies along the way in a few words, "" where nothing does."""
         slope, stairs = self.slope, self.stairs
         told = [
-            (slope, f"slope {_range(100 * slope.gradient, 100 * slope.spread)} %"),
-            (stairs, f"steps {_range(1000 * stairs.rise, 1000 * stairs.spread)} mm"),
+            (slope, f"slope {checks.span(100 * slope.gradient, 100 * slope.spread)} %"),
+            (stairs, f"steps {checks.span(1000 * stairs.rise, 1000 * stairs.spread)} mm"),
             (self.gaps, f"gaps {1000 * self.gaps.width:g} mm"),
             (self.soft, f"stiffness {self.soft.factor:g} in stretches"),
             (self.slippery, f"friction {self.slippery.factor:g} in stretches"),
@@ -150,11 +150,6 @@ class Course:
         nodes = self.spacing * np.arange(self.num_nodes)
         lying = np.interp(patch.x + fine, nodes, course[:, HEIGHT])
         return patch._replace(spacing=spacing, heights=heights + lying)
-
-
-def _range(mean: float, spread: float) -> str:
-    """Returns the numbers that trials draw, in words."""
-    return f"{mean - spread:g} to {mean + spread:g}" if spread else f"{mean:g}"
 
 
 def _places(num: int, spacing: float, finer: float) -> Float[np.ndarray, " node"]:

@@ -45,11 +45,37 @@ def compile_model(spec: Any) -> Model:
         return Model(model, mjx.put_model(model), mjx.put_data(model, data))
 
 
-def forward(model: Model, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"]) -> Any:
-    """Returns `mjx.Data` with positions, velocities and bias forces (gravity, Coriolis)."""
+class PointMass(NamedTuple):
+    """A point mass that is fixed to a body.
+
+    Attributes:
+      body: its number.
+      place: from the body's origin in its axes, m.
+      mass: kg.
+    """
+
+    body: int
+    place: Float[np.ndarray, "3"]
+    mass: Float[Array, ""]
+
+
+def forward(
+    model: Model,
+    qpos: Float[Array, " nq"],
+    qvel: Float[Array, " nv"],
+    carried: PointMass | None = None,
+) -> Any:
+    """Returns `mjx.Data` with positions, velocities and bias forces (gravity, Coriolis).
+
+    Args:
+      model: the body.
+      qpos: m and rad.
+      qvel: m/s and rad/s.
+      carried: is part of the body's inertia, but not of `subtree_com`.
+    """
     data = model.data.replace(qpos=qpos, qvel=qvel)
     data = mjx.kinematics(model.mjx, data)
-    data = mjx.com_pos(model.mjx, data)
+    data = with_mass(mjx.com_pos(model.mjx, data), carried)
     data = mjx.com_vel(model.mjx, data)
     return mjx.rne(model.mjx, data)
 
@@ -66,6 +92,21 @@ class PointLoad(NamedTuple):
     offset: Float[Array, "3"]
     force: Float[Array, "3"]
     mass: Float[Array, ""]
+
+
+def with_mass(data: Any, carried: PointMass | None) -> Any:
+    """Returns `mjx.Data` whose inertias have a point mass in them, if there is one."""
+    if carried is None:
+        return data
+    body, place, mass = carried
+    offset = point_offset(data, place_of(data, body, place))
+    inertia = data._impl.cinert.at[body].add(_point_inertia(offset, mass))
+    return data.tree_replace({"_impl.cinert": inertia})
+
+
+def place_of(data: Any, body: int, place: Float[np.ndarray, "3"]) -> Float[Array, "3"]:
+    """Returns where a point of a body is that has a constant place in the body's axes, m."""
+    return data.xpos[body] + data.xmat[body] @ place
 
 
 def point_offset(data: Any, point: Float[Array, "3"]) -> Float[Array, "3"]:
@@ -101,7 +142,7 @@ def equations(
         wrench = jnp.zeros(6)
         for load in body_loads:
             wrench += jnp.concatenate([jnp.cross(load.offset, load.force), load.force])
-            inertia = inertia.at[body].add(_point_inertia(load))
+            inertia = inertia.at[body].add(_point_inertia(load.offset, load.mass))
         force += moves(model.mujoco, body) * (data.cdof @ wrench)
     data = mjx.crb(model.mjx, data.tree_replace({"_impl.cinert": inertia}))
     return mjx.full_m(model.mjx, data) + jnp.diag(added_inertia), force
@@ -152,12 +193,12 @@ def solve(matrix: Float[Array, "n n"], right: Float[Array, " n"]) -> Float[Array
     return solution
 
 
-def _point_inertia(load: PointLoad) -> Float[Array, "10"]:
+def _point_inertia(offset: Float[Array, "3"], mass: Float[Array, ""]) -> Float[Array, "10"]:
     """Returns a point mass as MuJoCo's spatial inertia: xx yy zz xy xz yz, m x, m y, m z, m."""
-    x, y, z = load.offset
+    x, y, z = offset
     one = jnp.ones(())
     xx, yy, zz = y * y + z * z, x * x + z * z, x * x + y * y
-    return load.mass * jnp.stack([xx, yy, zz, -x * y, -x * z, -y * z, x, y, z, one])
+    return mass * jnp.stack([xx, yy, zz, -x * y, -x * z, -y * z, x, y, z, one])
 
 
 def moves(m: Any, body: int) -> Float[np.ndarray, " nv"]:

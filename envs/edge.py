@@ -99,6 +99,12 @@ def check_terrain(terrain: Any, nodes: tuple[int, ...]) -> None:
         raise ValueError(f"row must be from 0 to {heights.shape[0] - 1}, got {row}")
 
 
+def check_pushes(pushes: Any, number: int) -> None:
+    """Raises ValueError unless there are so many pushes, of three numbers each."""
+    if jnp.shape(pushes) != (number, 3):
+        raise ValueError(f"push must have shape {(number, 3)}, got {jnp.shape(pushes)}")
+
+
 def check_course(terrain: Any, least: tuple[int, int]) -> None:
     """Raises ValueError unless there is a course for each terrain, of these nodes and channels."""
     found, wanted = jnp.shape(terrain.course), (jnp.shape(terrain.heights)[0], *least)

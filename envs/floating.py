@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from mjxwalk.envs._mujoco import mjx, mujoco
 from mjxwalk.envs.anatomy import SLIDE
-from mjxwalk.envs.dynamics import Model
+from mjxwalk.envs.dynamics import Model, PointMass, with_mass
 
 X, Y, Z = np.eye(3)
 Frame = tuple[Array, Array, Array]  # a body's axes, each in the root's axes
@@ -75,6 +75,7 @@ def forward(
     angles: Float[Array, " joint"],
     qvel: Float[Array, " nv"],
     gravity: Float[Array, "3"],
+    carried: PointMass | None = None,
 ) -> Any:
     """Returns `mjx.Data` with positions, velocities and bias forces in the root's axes.
 
@@ -85,12 +86,13 @@ def forward(
       angles: of the hinges, rad, and of the slides, m.
       qvel: the root's velocity and angular velocity in its axes, then the hinges' rates.
       gravity: in the root's axes, m/s^2.
+      carried: is part of the tree's inertia.
     """
     xpos, xmat, cdof = _place(model.mujoco, angles)
     data = model.data.replace(qvel=qvel, xpos=xpos, xmat=xmat, cdof=cdof)
     data = data.replace(subtree_com=jnp.zeros_like(xpos))
     data = data.tree_replace({"_impl.cinert": _inertias(model.mujoco, xpos, xmat)})
-    data = mjx.com_vel(model.mjx, data)
+    data = mjx.com_vel(model.mjx, with_mass(data, carried))
     return mjx.rne(model.mjx.tree_replace({"opt.gravity": gravity}), data)
 
 
@@ -100,6 +102,7 @@ def forward_from_euler(
     qvel: Float[Array, " joint"],
     axes: Float[Array, "3 3"],
     gravity: float,
+    carried: PointMass | None = None,
 ) -> Any:
     """Returns the same of a root whose coordinates are its place and `rotation`'s angles.
 
@@ -109,10 +112,11 @@ def forward_from_euler(
       qvel: their rates.
       axes: the root's, from `rotation`.
       gravity: downwards, m/s^2.
+      carried: as `forward` takes it.
     """
     turning = spin(qpos[3:6], qvel[3:6])
     rates = jnp.concatenate([qvel[:3] @ axes, turning, qvel[6:]])
-    return forward(model, qpos[6:], rates, -gravity * axes[2])
+    return forward(model, qpos[6:], rates, -gravity * axes[2], carried)
 
 
 def _place(

@@ -25,8 +25,8 @@ from mjxwalk.envs.trial import Trial, Trials
 
 # ours: beyond these speeds a simulation has diverged; a foot that spins free reaches 100 rad/s.
 MAX_SLIDE_SPEED, MAX_TURN_SPEED = 50.0, 1000.0  # m/s, rad/s
-# Folded into the key of the random ground, it leads to draws of their own.
-COURSE = 0x636F7572
+# Folded into the key of the random ground, they lead to draws of their own.
+COURSE, PUSH, PAYLOAD = 0x636F7572, 0x70757368, 0x6C6F6164
 
 
 class Driven(NamedTuple):
@@ -59,8 +59,15 @@ class LeggedEnv(LeggedBody):
           key: that the grounds were drawn by; other draws come of it here.
           trials: on random ground.
         """
-        course = self.course.sample(jax.random.fold_in(key, COURSE), trials.num)
-        return trials._replace(course=course)
+        num, load = trials.num, trials.load
+        if self.payload:
+            key_load = jax.random.fold_in(key, PAYLOAD)
+            load = jax.random.uniform(key_load, (num,), minval=-1.0, maxval=1.0)
+        return trials._replace(
+            course=self.course.sample(jax.random.fold_in(key, COURSE), num),
+            push=self.push.sample(jax.random.fold_in(key, PUSH), num),
+            load=load,
+        )
 
     def level_trials(self, num: int = 1) -> Trials:
         """Returns trials on level ground from the usual start."""
@@ -85,6 +92,8 @@ class LeggedEnv(LeggedBody):
         edge.check_terrain(given.ground, self._nodes)
         if given.ground.course is not None:
             edge.check_course(given.ground, (self.course.num_nodes, self.course.num_channels))
+        if given.push is not None:
+            edge.check_pushes(given.push, self.push.number)
         if given.start is not None:
             like = jax.ShapeDtypeStruct((len(self.START_DEPARTURES),), float)
             edge.check_shapes("start", given.start, like)
@@ -210,10 +219,41 @@ class LeggedEnv(LeggedBody):
     def _seen(self, state: State, given: Trial) -> tuple[Instant, ContactForce, Loads]:
         """Returns the body at this instant, what the ground does to it, and all loads on it."""
         tree = self._tree
-        now = tree.see(state)
+        now = tree.see(state, self._payload(given))
         soil = self._soil(given, self.timestep, implicit=self.implicit)
         contact, loads = tree.touch(state, now, soil)
-        return now, contact, {**loads, **self.carried(state, now, given)}
+        for more in (self.carried(state, now, given), self._pushes(state, now, given)):
+            for body, each in more.items():
+                loads.setdefault(body, []).extend(each)
+        return now, contact, loads
+
+    def _payload(self, given: Trial) -> dynamics.PointMass | None:
+        """Returns what the torso carries in a trial."""
+        if not self.payload or given.load is None:
+            return None
+        place = self.torso_centre + np.array(self.payload.offset, np.float32)
+        return dynamics.PointMass(self._torso, place, self.payload.mass(given.load, self.mass))
+
+    def _pushes(self, state: State, now: Instant, given: Trial) -> Loads:
+        """Returns the force of a trial's pushes."""
+        if not self.push or given.push is None:
+            return {}
+        steps = state.trial.num_steps
+        change = self.push.acceleration(given.push, steps, self.timestep)
+        if self.anatomy.root.is_planar:
+            change = change.at[1].set(0.0)
+        force = jnp.append(self.mass * change, 0.0)
+        if now.axes is not None:
+            force = force @ now.axes
+        place = dynamics.place_of(now.data, self._torso, self.torso_centre)
+        offset = dynamics.point_offset(now.data, place)
+        return {self._torso: [dynamics.PointLoad(offset, force, jnp.zeros(()))]}
+
+    @property
+    def _torso(self) -> int:
+        """Number of the torso, in space in the tree with a free root."""
+        model = self.model if self.floating is None else self.floating
+        return int(model.mujoco.body(self.anatomy.torso).id)
 
     def _judged(self, before: State, after: State, given: Trial) -> State:
         """Returns the state after a step with the trial's end in it, if it is one."""

@@ -18,6 +18,8 @@ from mjxwalk.envs.course import Course
 from mjxwalk.envs.ending import Ending
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.motor import Action
+from mjxwalk.envs.payload import Payload
+from mjxwalk.envs.push import Push
 from mjxwalk.envs.state import State
 from mjxwalk.envs.trees import GRAVITY, FloatingTree, Instant, Loads, PlanarTree, Tree
 from mjxwalk.envs.trial import Trial
@@ -37,6 +39,8 @@ class LeggedBody(abc.ABC):
     Attributes:
       terrain: shape of the random ground.
       course: what lies along the way on top of that; by default nothing.
+      push: on the torso, as trials draw them; by default none.
+      payload: that the torso carries, as trials draw it; by default nothing.
       contact: law of the ground.
       timestep: of the physics, s.
       integrator: "implicit" takes contact, joint stops, springs and the action's stiffness and
@@ -59,6 +63,8 @@ class LeggedBody(abc.ABC):
 
     terrain: Any
     course: Course = Course()
+    push: Push = Push()
+    payload: Payload = Payload()
     contact: SoftContact
     timestep: float
     integrator: Literal["implicit", "explicit"] = "implicit"
@@ -75,6 +81,11 @@ class LeggedBody(abc.ABC):
         if self.integrator not in ("implicit", "explicit"):
             raise ValueError(
                 f'integrator must be "implicit" or "explicit", got "{self.integrator}"'
+            )
+        if self.push and self.push.direction == "sideways" and self.anatomy.root.is_planar:
+            raise ValueError(
+                f'push.direction must be "forward" or "any", as {self.anatomy.name} moves in a '
+                'plane, got "sideways"'
             )
 
     @property
@@ -213,6 +224,17 @@ class LeggedBody(abc.ABC):
         damping = jnp.asarray(np.array([each.damping for each in motors], np.float32))
         nothing = jnp.zeros_like(values)
         return Action(strength * jnp.clip(values, -1.0, 1.0), nothing, nothing, damping)
+
+    @property
+    def mass(self) -> float:
+        """Of the body without what it carries, kg."""
+        return float(self.model.mujoco.body_subtreemass[0])
+
+    @property
+    def torso_centre(self) -> Float[np.ndarray, "3"]:
+        """The torso's own centre of mass, from its origin in its axes, m."""
+        model = self.model.mujoco
+        return np.array(model.body_ipos[model.body(self.anatomy.torso).id], np.float32)
 
     @property
     def weight(self) -> float:

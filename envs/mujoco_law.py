@@ -19,8 +19,14 @@ def model_of(env: Any) -> MujocoModel:
     """Returns the model of an environment's body.
 
     Raises:
-      ValueError: MJX cannot compute its contacts or constraints.
+      ValueError: MJX cannot compute its contacts or constraints, or it is pushed or loaded.
     """
+    for name in ("push", "payload"):
+        if getattr(env, name):
+            raise ValueError(
+                f'{name} must be none where contact_law is "mujoco", which does not know it; take '
+                'contact_law "points" for it'
+            )
     return mujoco_model.of_text(env.body, env.solver, env.timestep)
 
 

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from mjxwalk.envs import dynamics, floating
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import ContactForce
-from mjxwalk.envs.dynamics import PointLoad
+from mjxwalk.envs.dynamics import PointLoad, PointMass
 from mjxwalk.envs.soil import Soil
 from mjxwalk.envs.state import State
 
@@ -45,8 +45,8 @@ class Touch(NamedTuple):
 class Tree(Protocol):
     """A body's tree in the plane or in space."""
 
-    def see(self, state: State) -> Instant:
-        """Returns where the parts are and how they move."""
+    def see(self, state: State, carried: PointMass | None = None) -> Instant:
+        """Returns where the parts are and how they move; what is carried is part of the body."""
         ...
 
     def touch(self, state: State, now: Instant, soil: Soil) -> Touch:
@@ -87,11 +87,11 @@ class PlanarTree(NamedTuple):
     model: dynamics.Model
     anatomy: Anatomy
 
-    def see(self, state: State) -> Instant:
+    def see(self, state: State, carried: PointMass | None = None) -> Instant:
         # The tree is placed at the origin: what it does there does not depend on where it is, and
         # near the origin float32 is finer.
         qpos = state.qpos.at[: self.anatomy.root.num_slides].set(0.0)
-        return Instant(dynamics.forward(self.model, qpos, state.qvel), None)
+        return Instant(dynamics.forward(self.model, qpos, state.qvel, carried), None)
 
     def touch(self, state: State, now: Instant, soil: Soil) -> Touch:
         contacts: list[ContactForce] = []
@@ -140,10 +140,10 @@ class FloatingTree(NamedTuple):
     model: dynamics.Model  # with a free root
     anatomy: Anatomy
 
-    def see(self, state: State) -> Instant:
+    def see(self, state: State, carried: PointMass | None = None) -> Instant:
         axes = floating.rotation(state.qpos[3:6])
         qpos, qvel = self._of_joints(state.qpos), self._of_joints(state.qvel)
-        data = floating.forward_from_euler(self.model, qpos, qvel, axes, GRAVITY)
+        data = floating.forward_from_euler(self.model, qpos, qvel, axes, GRAVITY, carried)
         return Instant(data, axes)
 
     def touch(self, state: State, now: Instant, soil: Soil) -> Touch:

@@ -20,11 +20,14 @@ class Trial(NamedTuple):
         `START_DEPARTURES`; None for the usual start.
       load: what the upper body carries, as a draw from -1 to 1 of the body's largest load; None for
         nothing.
+      push: when each push begins, s, and by what it changes the body's velocity along x and y,
+        m/s; None where there are none.
     """
 
     ground: Terrain
     start: Float[Array, "*walker departure"] | None = None
     load: Float[Array, "*walker"] | None = None
+    push: Float[Array, "*walker push 3"] | None = None
 
 
 class Trials(NamedTuple):
@@ -35,12 +38,14 @@ class Trials(NamedTuple):
       start: as in `Trial`.
       load: as in `Trial`.
       course: of each ground, as in `Terrain`.
+      push: as in `Trial`.
     """
 
     heights: Any
     start: Any = None
     load: Any = None
     course: Any = None
+    push: Any = None
 
     @property
     def num(self) -> int:
@@ -57,8 +62,8 @@ class Trials(NamedTuple):
         Args:
           rows: of the trial that each walker is given; one number for one walker.
         """
-        start, load = jax.tree.map(lambda leaf: leaf[rows], (self.start, self.load))
-        return Trial(Terrain(self.heights, rows, self.course), start, load)
+        own = jax.tree.map(lambda leaf: leaf[rows], (self.start, self.load, self.push))
+        return Trial(Terrain(self.heights, rows, self.course), *own)
 
     def with_grounds(self, rows: Any) -> "Trials":
         """Returns the trials with other grounds in their table: those of some rows."""
@@ -67,7 +72,7 @@ class Trials(NamedTuple):
 
 
 # Which axis of a `Trial` counts walkers, for `vmap`: they share the table of heights.
-TRIAL_AXES = Trial(Terrain(None, 0), 0, 0)  # type: ignore[arg-type]
+TRIAL_AXES = Trial(Terrain(None, 0), 0, 0, 0)  # type: ignore[arg-type]
 
 
 class TrialState(NamedTuple):

@@ -12,7 +12,7 @@ from mjxwalk.envs import BODIES
 
 ROOT = Path(__file__).parents[1]
 CONTRACTS = ROOT / "pyproject.toml"
-KNOW_BODIES = ("envs", "experiments")  # of the package
+KNOW_BODIES = ("envs", "experiments", "robots")  # of the package; robots are data
 AUTHORS = re.compile(r"Reil & Massey")  # whose name a body has
 NAMES = re.compile(rf"\b({'|'.join(BODIES)}|envs\.bodies|envs import bodies)\b")
 

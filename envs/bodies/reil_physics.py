@@ -95,6 +95,11 @@ class ReilPhysics(LeggedEnv):
                 f"knee_extension must be below knee_flexion, {self.knee_flexion} rad, "
                 f"got {self.knee_extension}"
             )
+        if self.payload:
+            raise ValueError(
+                "payload must be none, as this body carries terrain.load in its trunk, got "
+                f"share {self.payload.share}"
+            )
         super().__post_init__()
 
     @property

@@ -21,7 +21,14 @@ ADDED: dict[str, Any] = {
     "test_settings": {},
     "pruning": None,
     "goal": {"fine_trials": 0, "fine_factor": 4, "share": 1.0},
-    "env": {"min_speed": 0.0, "max_lag": 1e9, "body": "", "course": BY_DEFAULT},
+    "env": {
+        "min_speed": 0.0,
+        "max_lag": 1e9,
+        "body": "",
+        "course": BY_DEFAULT,
+        "push": BY_DEFAULT,
+        "payload": BY_DEFAULT,
+    },
 }
 
 

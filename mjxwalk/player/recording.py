@@ -196,11 +196,12 @@ def _tell(experiment: Any, label: str, frames: int, state: Any, below: float) ->
 
 def _facts(shown: ShownWalkers, take: Take) -> tuple[tuple[str, str], ...]:
     experiment = shown.experiment
-    course = experiment.env.course.words()
+    env = experiment.env
+    added = (("Course", env.course), ("Pushes", env.push), ("Payload", env.payload))
     return (
         ("Experiment", str(experiment.name)),
         ("Body", experiment.env.anatomy.name),
         ("Terrain", f"seed {take.terrain_seed}"),
         ("Roughness", f"{1000 * experiment.env.terrain.roughness:g} mm"),
-        *((("Course", course),) if course else ()),
+        *((name, part.words()) for name, part in added if part.words()),
     )

@@ -26,7 +26,7 @@ FULL_FRICTION = 0.1  # rad/s; docs/physics.md
 CLOSE = 1e-13  # of a motor's limit; where torques that are solved for have settled
 
 
-class Push(NamedTuple):
+class GroundForce(NamedTuple):
     """What the ground does to the points of the feet.
 
     Attributes:
@@ -58,7 +58,7 @@ class Lying(NamedTuple):
     friction: Any = 1.0
 
 
-def ground_push(
+def ground_force(
     law: SoftContact,
     depth: Float[np.ndarray, "walker point"],
     velocity: Float[np.ndarray, "walker point 3"],
@@ -67,7 +67,7 @@ def ground_push(
     timestep: float,
     implicit: bool,
     course: Lying,
-) -> Push:
+) -> GroundForce:
     """Returns spring, damper and friction at each point; tangents are x, and y where there are two.
 
     Args:
@@ -95,7 +95,7 @@ def ground_push(
     force[..., 2] = normal
     mass = np.where(normal > 0.0, timestep * damping if implicit else 0.0, 0.0)
     stretch = shortened(stretch, limit / stiffness)
-    return Push(_turned(force, -sine, cosine), mass, stretch, touching)
+    return GroundForce(_turned(force, -sine, cosine), mass, stretch, touching)
 
 
 def _each(values: Any) -> Any:

@@ -5,48 +5,19 @@ other laws those of `laws`, and accelerations come from a dense solve. Shared wi
 environment says of its body: its `mujoco.MjSpec`, its anatomy, its settings, and its own laws.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from mjxwalk.envs import Action, LeggedEnv, Trials, VelocityMotor
 from mjxwalk.envs.own_laws import Righting, TorsoLoad
-from mjxwalk.verify import laws
-from mjxwalk.verify.herd import Herd, torque_limits
-from mjxwalk.verify.laws import Push
+from mjxwalk.verify import laws, pushes_and_payloads
+from mjxwalk.verify.herd import torque_limits
+from mjxwalk.verify.laws import GroundForce
+from mjxwalk.verify.stepping import Balance, Step
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # m/s^2
-
-
-class Step(NamedTuple):
-    """What a step saw and gave.
-
-    Attributes:
-      push: of the ground.
-      feet: where the feet's bodies were, m.
-      centre: where the centre of mass was, m.
-      torque: of the motors, N m.
-      rate: of their coordinates after the step, rad/s.
-    """
-
-    push: Push
-    feet: Float[np.ndarray, "walker leg 3"]
-    centre: Float[np.ndarray, "walker 3"]
-    torque: Float[np.ndarray, "walker motor"]
-    rate: Float[np.ndarray, "walker motor"]
-
-
-class Balance(NamedTuple):
-    """What the joints' accelerations follow from; laws add to it in place.
-
-    Attributes:
-      mass: N s^2/m or N m s^2.
-      force: N or N m.
-    """
-
-    mass: Float[np.ndarray, "walker joint joint"]
-    force: Float[np.ndarray, "walker joint"]
 
 
 class Reference:
@@ -62,6 +33,7 @@ class Reference:
       heights: of each walker's random ground [walker, *node], m.
       course: what lies on it [walker, node, channel]; None where nothing does.
       load: what each draws of its largest load, from -1 to 1; None of those without.
+      pushes: when each walker's begin and what they give; None of those without.
       limits: least and greatest torque of each motor, N m; infinite where it has none.
       qpos: of the coordinates [walker, coordinate], m and rad; replaced by every step.
       qvel: their rates; replaced by every step.
@@ -78,12 +50,14 @@ class Reference:
           trials: one of each walker; where it starts is in the coordinates.
         """
         self.env, self.anatomy, self.own_laws = env, env.anatomy, env.own_laws()
-        anatomy, self.herd = self.anatomy, Herd(env.spec(), len(qpos))
+        anatomy, self._num_steps = self.anatomy, 0
         self.heights = np.asarray(trials.heights, np.float64)
-        self.course, self.load = (
+        self.course, self.load, self.pushes = (
             None if part is None else np.asarray(part, np.float64)
-            for part in (trials.course, trials.load)
+            for part in (trials.course, trials.load, trials.push)
         )
+        self.herd = pushes_and_payloads.herd(env, self.load, len(qpos))
+        self._own = pushes_and_payloads.Own(env)
         self.qpos, self.qvel = (np.array(each, np.float64) for each in (qpos, qvel))
         self.stretch = np.zeros(
             (self.herd.num, len(anatomy.points), 1 if anatomy.root.is_planar else 2)
@@ -111,6 +85,7 @@ class Reference:
         balance = Balance(herd.mass(), -herd.of_joints("qfrc_bias"))
         push = self._ground(balance)
         self._springs(balance)
+        self._pushed(balance)
         self._of_its_own(balance)
         mass = self._tie.T @ balance.mass @ self._tie
         force = balance.force @ self._tie
@@ -121,6 +96,7 @@ class Reference:
         self.qvel = np.where(on[:, None], rates, self.qvel)
         self.qpos = np.where(on[:, None], self.qpos + self.env.timestep * rates, self.qpos)
         self.stretch = np.where(on[:, None, None], push.stretch, self.stretch)
+        self._num_steps += 1
         feet = herd.data.xpos[self._feet]
         return Step(push, feet, herd.centre().copy(), torque, rates[:, self._driven])
 
@@ -142,12 +118,12 @@ class Reference:
         ground = laws.height(self.env.terrain, self.heights, x, y)
         return ground + laws.lying(self.env.course, self.course, x).height
 
-    def _ground(self, balance: Balance) -> Push:
+    def _ground(self, balance: Balance) -> GroundForce:
         """Adds what the ground does, and returns it."""
         points = self._points()
         jacobian = self.herd.jacobian(points, self._moves)
         course = laws.lying(self.env.course, self.course, points[..., 0])
-        push = laws.ground_push(
+        push = laws.ground_force(
             self.env.contact,
             -self.over_ground(points),
             (jacobian @ self.herd.qvel[:, None, :, None])[..., 0],
@@ -205,6 +181,21 @@ class Reference:
         joints = np.arange(model.nv)
         balance.mass[:, joints, joints] += dt * resisting
 
+    def _pushed(self, balance: Balance) -> None:
+        """Adds the forces of pushes, which act on the torso's own centre of mass."""
+        if self.pushes is None or not self.env.push:
+            return
+        force = pushes_and_payloads.force(self.env, self._own, self.pushes, self._num_steps)
+        points = self._on_torso(self._own.centre)
+        jacobian = self.herd.jacobian(points, self._carries)
+        balance.force[:] += (force[:, None] @ jacobian[:, 0])[:, 0]
+
+    def _on_torso(self, place: Any) -> Float[np.ndarray, "walker 1 3"]:
+        """Returns where a point of the torso is, m, of its place in the torso's axes."""
+        torso = self._torso[:, 0]
+        axes = self.herd.data.xmat[torso].reshape(-1, 3, 3)
+        return (self.herd.data.xpos[torso] + axes @ place)[:, None]
+
     def _of_its_own(self, balance: Balance) -> None:
         """Adds what only this body has."""
         for law in (*self.own_laws.get("drive", ()), *self.own_laws.get("carried", ())):
@@ -241,9 +232,7 @@ class Reference:
         if self.load is None or not law.mass:
             return
         mass = (law.mass * self.load)[:, None]
-        torso = self._torso[:, 0]
-        axes = self.herd.data.xmat[torso].reshape(-1, 3, 3)
-        points = (self.herd.data.xpos[torso] + axes @ np.array(law.offset))[:, None]
+        points = self._on_torso(np.array(law.offset))
         spin = self.herd.data.cvel[self._torso, :3]
         curving = _cross(spin, _cross(spin, self._arms(points)))
         jacobian = self.herd.jacobian(points, self._carries)

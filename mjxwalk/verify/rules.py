@@ -15,7 +15,8 @@ from mjxwalk.envs.own_laws import (
     LowCentre,
     Standstill,
 )
-from mjxwalk.verify.reference import Reference, Step
+from mjxwalk.verify.reference import Reference
+from mjxwalk.verify.stepping import Step
 from mjxwalk.verify.terms import Terms, lowest
 
 MAX_SPEEDS = {"m": 50.0, "rad": 1000.0}  # m/s, rad/s; beyond, the physics has diverged

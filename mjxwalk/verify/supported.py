@@ -8,6 +8,8 @@ from mjxwalk.envs import (
     FitnessTerms,
     JointStop,
     LeggedEnv,
+    Payload,
+    Push,
     SoftContact,
     VelocityMotor,
     own_laws,
@@ -50,6 +52,8 @@ def _missing(env: LeggedEnv) -> Generator[str]:
     for what, value, known in (
         ("ground", env.terrain, laws.GROUNDS),
         ("course", env.course, (Course,)),
+        ("push", env.push, (Push,)),
+        ("payload", env.payload, (Payload,)),
         ("contact", env.contact, (SoftContact,)),
         ("joint stops", env.stop_law, (JointStop,)),
     ):

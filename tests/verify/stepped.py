@@ -17,7 +17,9 @@ from mjxwalk.envs import (
     HipTargets,
     LeggedEnv,
     MjcfEnv,
+    Payload,
     Planar7,
+    Push,
     Reil,
     Slope,
     Stairs,
@@ -67,6 +69,14 @@ COURSE = Course(
 ON_COURSE: dict[str, LeggedEnv] = {
     f"{name} on a course": dataclasses.replace(BODIES[name], course=COURSE)
     for name in ("planar", "spatial")
+}
+BURDENS: dict[str, Any] = {
+    "push": Push(speed=0.4, spread=0.2, duration=0.0333, number=2, begin=0.02, every=0.06),
+    "payload": Payload(share=0.2, spread=0.1, forward=-0.1, left=0.04, up=0.15),
+}
+BURDENED: dict[str, LeggedEnv] = {
+    f"{name}, pushed and loaded": dataclasses.replace(BODIES[name], **BURDENS)
+    for name in ("planar", "spatial", "toy")
 }
 SHARE = 0.2  # of a motor's strength; feet land, slip and lift
 

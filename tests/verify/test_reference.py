@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from verify.stepped import (
     BODIES,
+    BURDENED,
     BUSY,
     ON_COURSE,
     ROBOTS,
@@ -25,7 +26,7 @@ NUM = 150  # steps; feet land, slip and lift in them
 CLOSE = 1e-6  # m or rad
 
 
-EVERY = BODIES | ON_COURSE
+EVERY = BODIES | ON_COURSE | BURDENED
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -92,6 +93,15 @@ def test_a_setting_that_differs_by_a_hundredth_shows(place: tuple[str, str]) -> 
     assert apart(name, with_field(env, path, 1.01 * field(env, path))) > 2.0 * CLOSE
 
 
+@pytest.mark.parametrize(
+    "path", ["push.duration", "payload.share", "payload.forward", "payload.up"]
+)
+@pytest.mark.parametrize("name", BURDENED)
+def test_a_slip_in_a_push_or_payload_shows(name: str, path: str) -> None:
+    env = BURDENED[name]
+    assert apart(name, with_field(env, path, 1.01 * field(env, path))) > 2.0 * CLOSE
+
+
 @pytest.mark.parametrize("part", ["height", "gradient", "stiffness", "friction"])
 @pytest.mark.parametrize("name", ON_COURSE)
 def test_a_slip_in_the_course_shows(name: str, part: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,13 +116,13 @@ def test_a_slip_in_the_course_shows(name: str, part: str, monkeypatch: pytest.Mo
 
 
 def test_a_slip_in_a_law_of_ours_shows(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = laws.ground_push
+    right = laws.ground_force
 
     def wrong(*args: Any, **settings: Any) -> Any:
         push = right(*args, **settings)
         return push._replace(mass=0.99 * push.mass)
 
-    monkeypatch.setattr(laws, "ground_push", wrong)
+    monkeypatch.setattr(laws, "ground_force", wrong)
     assert apart("planar", BODIES["planar"]) > 2.0 * CLOSE
 
 
