@@ -164,7 +164,8 @@ def test_the_start_is_home_with_knees_bent(name: str) -> None:
         assert abs(start[leg.knee]) > (0.15 if name == "walker2d" else BENT)
 
 
-@pytest.mark.parametrize("name", robots.names())
+# flame's file has no actuators; the reader gives it some.
+@pytest.mark.parametrize("name", [each for each in robots.names() if each != "flame"])
 def test_motors_have_the_limits_and_gains_of_the_file(name: str) -> None:
     env = dataclasses.replace(env_of(name), gains="file")
     model = mujoco.MjModel.from_xml_path(str(robots.path(name)))
