@@ -6,7 +6,7 @@ import numpy as np
 
 from mjxwalk.envs import LeggedEnv, Terrain, scenery
 from mjxwalk.envs._mujoco import compiled, mujoco
-from mjxwalk.envs.anatomy import side_of
+from mjxwalk.envs.body_sides import body_sides
 
 # Those of the pages; see watch.css.
 COLOURS = {"left": [0.122, 0.4, 0.82, 1.0], "right": [0.824, 0.345, 0.106, 1.0]}
@@ -26,10 +26,13 @@ def build(env: LeggedEnv, ground: Terrain, qpos: Any, size: tuple[int, int]) -> 
     spec = env.spec()
     spec.visual.global_.offwidth, spec.visual.global_.offheight = size
     spec.visual.headlight.ambient = [0.35] * 3
+    known = env.model.mujoco
+    names = [str(known.body(body).name) for body in range(known.nbody)]
+    sides = dict(zip(names, body_sides(known, env.anatomy), strict=True))
     for geom in spec.geoms:
-        side = side_of(geom.parent.name)
+        side = sides.get(geom.parent.name)
         if side in COLOURS:
-            geom.rgba = COLOURS[side]
+            geom.rgba, geom.material = COLOURS[side], ""
     for geom in list(spec.worldbody.geoms):  # the floor
         spec.delete(geom)
     _paint(spec)

@@ -7,16 +7,20 @@ import numpy as np
 
 from mjxwalk.envs import Anatomy, LeggedEnv
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.envs.anatomy import KINDS, ContactPoint, side_of
+from mjxwalk.envs.anatomy import KINDS, ContactPoint, Side
+from mjxwalk.envs.body_sides import body_sides
 from mjxwalk.errors import RunError
 
 Vector = tuple[float, ...]
 SHAPES = {  # of a geom, by MuJoCo's number
     int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
     int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
+    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): "ellipsoid",
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
     int(mujoco.mjtGeom.mjGEOM_BOX): "box",
     int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
 }
+FIRST_HIDDEN = 3  # group of geoms from which on MuJoCo's own viewer hides them
 
 
 class Joint(msgspec.Struct, frozen=True, kw_only=True):
@@ -56,9 +60,10 @@ class Part(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Point(msgspec.Struct, frozen=True, kw_only=True):
-    """A point of a foot that touches the ground."""
+    """A point of a foot that touches the ground; `leg` is the place of the leg that it is of."""
 
     body: int
+    leg: int
     side: str
     pos: Vector
 
@@ -109,13 +114,13 @@ def describe(env: Any) -> Body:
             f"a {type(env).__name__} has no anatomy to show; derive it from mjxwalk.envs.LeggedEnv"
         )
     model, anatomy = env.model.mujoco, env.anatomy
-    parts = tuple(_part(model, geom) for geom in _geoms(model))
+    sides = body_sides(model, anatomy)
     return Body(
         name=anatomy.name,
         links=tuple(_link(model, anatomy, body) for body in range(1, model.nbody)),
-        parts=parts,
-        points=tuple(_point(model, point) for point in anatomy.points),
-        sticks=tuple(_sticks(model, anatomy)),
+        parts=tuple(_part(model, geom, sides) for geom in _geoms(model)),
+        points=tuple(_point(model, anatomy, point) for point in anatomy.points),
+        sticks=tuple(_sticks(model, anatomy, sides)),
         angles=tuple(_angles(anatomy)),
     )
 
@@ -140,10 +145,17 @@ def _link(model: Any, anatomy: Anatomy, body: int) -> Link:
 
 
 def _geoms(model: Any) -> list[int]:
-    return [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] > 0]
+    """Returns the geoms that are shown: of a body, those of groups that MuJoCo shows, or all."""
+    found: list[int] = []
+    for body in range(1, model.nbody):
+        first = int(model.body_geomadr[body])
+        geoms = range(first, first + int(model.body_geomnum[body]))
+        shown = [geom for geom in geoms if model.geom_group[geom] < FIRST_HIDDEN]
+        found += shown or geoms
+    return found
 
 
-def _part(model: Any, geom: int) -> Part:
+def _part(model: Any, geom: int, sides: tuple[Side, ...]) -> Part:
     body, shape = int(model.geom_bodyid[geom]), _shape(model, geom)
     vertices, faces = (), ()
     if shape == "mesh":
@@ -155,7 +167,7 @@ def _part(model: Any, geom: int) -> Part:
     return Part(
         body=body - 1,
         shape=shape,
-        side=side_of(str(model.body(body).name)),
+        side=sides[body],
         size=_rounded(model.geom_size[geom]),
         pos=_rounded(model.geom_pos[geom]),
         quat=_rounded(model.geom_quat[geom]),
@@ -175,47 +187,62 @@ def _shape(model: Any, geom: int) -> str:
     return SHAPES[kind]
 
 
-def _point(model: Any, point: ContactPoint) -> Point:
+def _point(model: Any, anatomy: Anatomy, point: ContactPoint) -> Point:
     body = int(model.body(point.body).id)
-    pos = np.array(point.offset) + _apart(model, body)
-    return Point(body=body - 1, side=point.side, pos=_rounded(pos))
+    pos = np.array(point.offset) + _apart(model, anatomy, body)
+    place = anatomy.points.index(point)
+    owners = [place in anatomy.points_of(leg) for leg in anatomy.legs]
+    return Point(body=body - 1, leg=owners.index(True), side=point.side, pos=_rounded(pos))
 
 
-def _apart(model: Any, body: int) -> Any:
+def _apart(model: Any, anatomy: Anatomy, body: int) -> Any:
     """Returns how far to the side a foot is drawn.
 
-    The planar body's legs share a plane, and are drawn side by side.
+    The legs of a body in the plane share it, and may be drawn side by side.
     """
     drawn = [model.geom_pos[geom][1] for geom in _geoms(model) if model.geom_bodyid[geom] == body]
-    return np.array([0.0, float(drawn[0]) if drawn else 0.0, 0.0])
+    aside = float(drawn[0]) if drawn and anatomy.root.is_planar else 0.0
+    return np.array([0.0, aside, 0.0])
 
 
-def _sticks(model: Any, anatomy: Anatomy) -> list[Stick]:
+def _sticks(model: Any, anatomy: Anatomy, sides: tuple[Side, ...]) -> list[Stick]:
     feet = {int(model.body(leg.foot).id): leg for leg in anatomy.legs}
     found: list[Stick] = []
-    for geom in _geoms(model):
-        body, shape = int(model.geom_bodyid[geom]), _shape(model, geom)
-        half = float(max(model.geom_size[geom])) if shape == "box" else model.geom_size[geom][1]
-        if body in feet or shape in ("sphere", "mesh"):
-            continue
-        turn = np.zeros(9)
-        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-        along = half * turn.reshape(3, 3)[:, 2]
-        ends = (model.geom_pos[geom] - along, model.geom_pos[geom] + along)
-        found.append(_stick(model, body, ends))
-    for body in sorted(feet):
-        heel, toe = anatomy.heel_and_toe(feet[body])
-        line = [_apart(model, body) + place for place in (np.zeros(3), heel, toe, np.zeros(3))]
-        found.append(_stick(model, body, line))
+    for body in range(1, model.nbody):
+        if body in feet:
+            heel, toe = anatomy.heel_and_toe(feet[body])
+            places = (np.zeros(3), heel, toe, np.zeros(3))
+            lines = [[_apart(model, anatomy, body) + place for place in places]]
+        else:
+            along = _along_geoms(model, body)
+            # Of many a shape one line each would be a thicket.
+            lines = along if len(along) == 1 else _to_children(model, body) or along
+        found += [
+            Stick(body=body - 1, side=sides[body], line=tuple(map(_rounded, line)))
+            for line in lines
+        ]
     return found
 
 
-def _stick(model: Any, body: int, line: Any) -> Stick:
-    return Stick(
-        body=body - 1,
-        side=side_of(str(model.body(body).name)),
-        line=tuple(_rounded(point) for point in line),
-    )
+def _along_geoms(model: Any, body: int) -> list[Any]:
+    """Returns a line along each capsule and box of a body."""
+    found: list[Any] = []
+    for geom in _geoms(model):
+        shape, size = _shape(model, geom), model.geom_size[geom]
+        if model.geom_bodyid[geom] != body or shape not in ("capsule", "box"):
+            continue
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+        axis, half = (2, size[1]) if shape == "capsule" else (int(np.argmax(size)), max(size))
+        along = half * turn.reshape(3, 3)[:, axis]
+        found.append((model.geom_pos[geom] - along, model.geom_pos[geom] + along))
+    return found
+
+
+def _to_children(model: Any, body: int) -> list[Any]:
+    """Returns a line from a body's origin to that of each body that it carries."""
+    children = np.flatnonzero(model.body_parentid == body)
+    return [(np.zeros(3), place) for place in model.body_pos[children] if place.any()]
 
 
 def _angles(anatomy: Anatomy) -> list[Angle]:

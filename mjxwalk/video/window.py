@@ -52,7 +52,7 @@ def view(shot: Shot) -> None:
         window.cam.azimuth, window.cam.elevation, window.cam.distance = (
             115.0,
             -12.0,
-            camera.DISTANCE * env.leg_length,
+            camera.distance(env),
         )
         while window.is_running():
             started = time.perf_counter()

@@ -18,7 +18,7 @@ export interface Link {
 
 export interface Part {
   body: number;
-  shape: "sphere" | "capsule" | "box" | "mesh";
+  shape: "sphere" | "capsule" | "ellipsoid" | "cylinder" | "box" | "mesh";
   side: Side;
   size: number[];
   pos: number[];
@@ -29,6 +29,7 @@ export interface Part {
 
 export interface Point {
   body: number;
+  leg: number;
   side: Side;
   pos: number[];
 }

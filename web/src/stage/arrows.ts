@@ -5,7 +5,7 @@ import {
   Quaternion, SphereGeometry, Vector3, type BufferGeometry, type Scene,
 } from "three";
 import { Motion, type Moment } from "../motion";
-import type { Body, Side } from "../show";
+import type { Body } from "../show";
 import type { Theme } from "../theme";
 
 const UP = new Vector3(0, 1, 0);
@@ -18,7 +18,7 @@ export class Arrows {
   private readonly heads: InstancedMesh;
   private readonly dots: InstancedMesh;
   private readonly materials: MeshBasicMaterial[] = [];
-  private readonly feet: Side[];
+  private readonly legs: number[];
 
   constructor(
     scene: Scene,
@@ -27,7 +27,7 @@ export class Arrows {
     private readonly size: number,
     count: number,
   ) {
-    this.feet = [...new Set(body.points.map((point) => point.side))];
+    this.legs = [...new Set(body.points.map((point) => point.leg))];
     const radius = 0.014 * size;
     const make = (geometry: BufferGeometry, number: number) => {
       const material = new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.92 });
@@ -39,7 +39,7 @@ export class Arrows {
       scene.add(mesh);
       return mesh;
     };
-    const arrows = count * this.feet.length;
+    const arrows = count * this.legs.length;
     this.shafts = make(new CylinderGeometry(radius, radius, 1, 10), arrows);
     this.heads = make(new ConeGeometry(2.6 * radius, 7 * radius, 16), arrows);
     this.dots = make(new SphereGeometry(1.5 * radius, 12, 8), count * body.points.length);
@@ -56,22 +56,22 @@ export class Arrows {
   /** Draws a walker's forces at a moment. */
   place(walker: number, motion: Motion, moment: Moment, links: Matrix4[]): void {
     const points = this.body.points;
-    const sums = new Map(this.feet.map((side) => [side, { force: new Vector3(), at: new Vector3() }]));
+    const sums = new Map(this.legs.map((leg) => [leg, { force: new Vector3(), at: new Vector3() }]));
     points.forEach((point, index) => {
       const force = new Vector3(...[0, 1, 2].map(
         (axis) => Motion.value(motion.pushes[3 * index + axis]!, moment),
       ) as [number, number, number]);
       const at = new Vector3().fromArray(point.pos).applyMatrix4(links[point.body]!);
-      const sum = sums.get(point.side)!;
+      const sum = sums.get(point.leg)!;
       sum.at.addScaledVector(at, force.z);
       sum.force.add(force);
       const dot = walker * points.length + index;
       const loaded = force.z > SMALLEST * this.weight;
       this.dots.setMatrixAt(dot, loaded ? new Matrix4().makeTranslation(at) : NOWHERE);
     });
-    this.feet.forEach((side, index) => {
-      const { force, at } = sums.get(side)!;
-      this.draw(walker * this.feet.length + index, force, at);
+    this.legs.forEach((leg, index) => {
+      const { force, at } = sums.get(leg)!;
+      this.draw(walker * this.legs.length + index, force, at);
     });
   }
 

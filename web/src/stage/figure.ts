@@ -1,8 +1,8 @@
 // The walkers' bodies: each part once, drawn for all walkers together.
 
 import {
-  BufferAttribute, BufferGeometry, CapsuleGeometry, Color, DynamicDrawUsage, InstancedMesh, Matrix4,
-  MeshStandardMaterial, SphereGeometry, type Scene,
+  BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry, DynamicDrawUsage,
+  InstancedMesh, Matrix4, MeshStandardMaterial, SphereGeometry, type Scene,
 } from "three";
 import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
 import type { Body, Part, Side } from "../show";
@@ -63,6 +63,12 @@ export function colourOf(theme: Theme, side: Side): string {
 function shape(part: Part, detail: number): BufferGeometry {
   const [first, second, third] = part.size as [number, number, number];
   if (part.shape === "sphere") return new SphereGeometry(first, 32 * detail, 20 * detail);
+  if (part.shape === "ellipsoid") {
+    return new SphereGeometry(1, 32 * detail, 20 * detail).scale(first, second, third);
+  }
+  if (part.shape === "cylinder") {
+    return new CylinderGeometry(first, first, 2 * second, 32 * detail).rotateX(Math.PI / 2);
+  }
   if (part.shape === "capsule") {
     return new CapsuleGeometry(first, 2 * second, 8 * detail, 24 * detail).rotateX(Math.PI / 2);
   }

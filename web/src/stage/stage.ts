@@ -5,7 +5,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { Motion } from "../motion";
-import type { Show } from "../show";
+import type { Body, Show } from "../show";
 import { Skeleton } from "../skeleton";
 import { themeOf } from "../theme";
 import { Arrows } from "./arrows";
@@ -16,6 +16,8 @@ import { lay } from "./lanes";
 import { Names } from "./names";
 import { Quality } from "./quality";
 import { Trail } from "./sticks";
+
+const SPREAD = 1.2; // by which a foot's distance from the middle asks for more room than hips as high
 
 export class Stage {
   readonly cameras: Cameras;
@@ -64,8 +66,9 @@ export class Stage {
     this.figures = new Figures(this.scene, show.body, motions.length);
     this.arrows = new Arrows(this.scene, show.body, show.weight_n, this.hips, motions.length);
     this.trail = new Trail(this.scene, show.body, this.skeleton, motions, this.lanes);
+    const room = Math.max(this.hips, SPREAD * this.farthestFoot(show.body));
     this.cameras = new Cameras(
-      canvas, 2.05 * this.hips, this.lanes.at(-1)!.y, () => this.target(), changed,
+      canvas, 2.05 * room, this.lanes.at(-1)!.y, () => this.target(), changed,
     );
     this.names = new Names(place, show.walkers, choose);
     this.lit();
@@ -174,6 +177,15 @@ export class Stage {
     this.motions[0]!.pose({ frame: 0, fraction: 0 }, this.coordinates);
     this.skeleton.pose(this.coordinates, this.links[0]!);
     return this.links[0]![0]!.elements[14]!;
+  }
+
+  /** Returns how far from below the hips the feet are, where a walker starts, m. */
+  private farthestFoot(body: Body): number {
+    const [x, y] = this.rootOf(0);
+    return Math.max(...body.points.map((point) => {
+      const place = new Vector3().fromArray(point.pos).applyMatrix4(this.links[0]![point.body]!);
+      return Math.hypot(place.x - x, place.y - y);
+    }), 0);
   }
 
   private lit(): void {

@@ -37,12 +37,14 @@ export class Plots {
 
   constructor(show: Show, private readonly player: Player, private readonly level: "h2" | "h4") {
     const { angles, points } = show.body;
+    const several = new Set(points.map((point) => point.leg)).size > 2;
     this.group("Joint angle", "°", 0, angles, (angle) => (motion) =>
       motion.moves[angle.coordinate]!.map((value) => value * DEGREES));
     this.group("Motor torque", "N m", 0, angles.filter((angle) => angle.motor !== null),
       (angle) => (motion) => motion.torques[angle.motor!]!);
     this.heading("Ground force", "body weights");
-    this.chart("up on each foot", "", 2, (["left", "right"] as Side[]).map((side) => ({
+    const title = several ? "up on the feet of each side" : "up on each foot";
+    this.chart(title, "", 2, (["left", "right"] as Side[]).map((side) => ({
       side,
       values: (motion) => motion.load(points, side).map((value) => value / show.weight_n),
     })));
