@@ -53,6 +53,7 @@ def settings(experiment: Any, trials: Trials, key: PRNGKeyArray) -> list[Setting
         explicit = dataclasses.replace(env, timestep=env.EXPLICIT_TIMESTEP, integrator="explicit")
         few = trials.take(slice(-(-trials.num // PAPERS_SHARE)))
         found.append(Setting(PAPERS_STEP, under(explicit), few))
-    started, departing = env.perturbed(key, trials)
-    found.append(Setting(PERTURBED, under(started), departing))
+    if env.START_DEPARTURES:
+        started, departing = env.perturbed(key, trials)
+        found.append(Setting(PERTURBED, under(started), departing))
     return found
