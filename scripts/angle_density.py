@@ -46,12 +46,12 @@ class AngleDensity:
         walkers.check(self.source)
         outputs.check(self.out)
         from mjxwalk import engines
-        from mjxwalk.analysis import angles, figures
+        from mjxwalk.analysis import angles, figures, roles
 
         engines.prepare()
         walker = walkers.best(self.source)
         walkers.check_walks(self.source, walker.experiment)
-        if angles.roles_of(walker.experiment.env) is None:
+        if roles.roles_of(walker.experiment.env) is None:
             raise runs.RunError(f"{self.source} has no angles by role; see scripts/gait_table.py")
         env = walker.experiment.as_tested().env
         density = angles.angle_density(self._recordings(walker), env)

@@ -89,6 +89,9 @@ class GaitTable:
         except ValueError as error:
             raise runs.RunError(str(error)) from None
         measured = gait.measure_gait(recording, walker.experiment.as_tested().env)
+        legs = len(walker.experiment.env.anatomy.legs)
+        if legs != 2:
+            print(f"{source}: has {legs} legs; strides are told of two alone", file=sys.stderr)
         if measured.falls == measured.trials:
             print(f"{source}: falls in all {measured.trials} trials", file=sys.stderr)
         return measured

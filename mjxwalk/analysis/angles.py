@@ -7,48 +7,22 @@ touches down; it ends as the other foot lifts off. The paper calls it a stride, 
 that belong to roles each step is a whole cycle.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from mjxwalk.analysis.footfalls import find_footfalls, observe, role_angles
+from mjxwalk.analysis.roles import PLANAR, Roles, roles_of
 from mjxwalk.analysis.strides import role_periods
-from mjxwalk.controllers import linear_reactive, spatial_reactive
 from mjxwalk.envs import LeggedEnv
-from mjxwalk.envs.anatomy import anatomy_of
 from mjxwalk.replay import Recording
 
 SLICES = 100  # of a step's time; ours
 BINS = 240  # of an angle's range; ours
 SETTLED = 3.0  # s; ours: gait initiation is over, and a few steps more
 SHORTEST_STEP = 0.15  # s; ours: a change of roles and back, as in a stumble, is no step
-
-
-class Roles(NamedTuple):
-    """The angles of a body by role, as the networks of study A see them.
-
-    Attributes:
-      names: of the angles.
-      sense: from an observation, and whether the left leg is the stance leg, to senses with an
-        `angle` for each name.
-      ranges: lowest and highest of each that counts, degrees; ours: what walkers do that do not
-        fall, so that figures can be compared.
-    """
-
-    names: tuple[str, ...]
-    sense: Callable[[Any, Any], Any]
-    ranges: tuple[tuple[int, int], ...]
-
-
-_LEGS = ((-50, 50), (-80, 80), (-20, 100), (-20, 130), (-60, 60), (-60, 60))
-PLANAR = Roles(linear_reactive.ANGLES, linear_reactive.sense, ((-45, 45), *_LEGS))
-SPATIAL = Roles(
-    spatial_reactive.ANGLES,
-    spatial_reactive.sense,
-    ((-45, 45), (-40, 40), (-60, 60), *_LEGS, (-20, 20), (-40, 40), (-40, 40)),
-)
 
 
 class AngleDensity(NamedTuple):
@@ -78,17 +52,6 @@ class AngleDensity(NamedTuple):
         """Counts as shares of the most frequent state of the same slice, as in the paper."""
         most = self.counts.max(axis=2, keepdims=True)
         return self.counts / np.maximum(most, 1)
-
-
-def roles_of(env: object) -> Roles | None:
-    """Returns the angles by role that a body has; None of bodies without such networks."""
-    anatomy = anatomy_of(env)
-    if anatomy is None:
-        return None
-    if "adduction" in anatomy.names:
-        return SPATIAL
-    jointed = all(None not in (leg.hip, leg.knee, leg.ankle) for leg in anatomy.legs)
-    return PLANAR if anatomy.root.is_planar and jointed else None
 
 
 def step_angles(
@@ -164,7 +127,7 @@ def _roles(env: LeggedEnv) -> Roles:
     roles = roles_of(env)
     if roles is None:
         raise ValueError(
-            f"{env.anatomy.name} has no angles by role: it needs hip, knee and ankle in the plane, "
-            "or an adduction that both legs share"
+            f"{env.anatomy.name} has no angles by role: it needs two feet, and of each leg the "
+            "hip, the knee and the ankle"
         )
     return roles

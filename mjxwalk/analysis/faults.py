@@ -88,17 +88,20 @@ def corner_speeds(
     """Returns how the soles' corners move in one walker's frames."""
     model = env.model.mujoco
     data = mujoco.MjData(model)
-    sites = [model.site(point.name).id for point in env.anatomy.points]
+    points = env.anatomy.points
+    bodies = [int(model.body(point.body).id) for point in points]
     joints = list(env.anatomy.joint_coordinate)
-    speed = np.zeros((len(qpos), len(sites)))
+    speed = np.zeros((len(qpos), len(points)))
     velocity = np.zeros(6)
     for frame in range(len(qpos)):
         data.qpos[:], data.qvel[:] = qpos[frame][joints], qvel[frame][joints]
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
-        for place, site in enumerate(sites):
-            mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site, velocity, 0)
-            speed[frame, place] = np.hypot(velocity[3], velocity[4])
+        for place, (body, point) in enumerate(zip(bodies, points, strict=True)):
+            mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
+            away = data.xmat[body].reshape(3, 3) @ point.offset - (0.0, 0.0, point.radius)
+            along = velocity[3:] + np.cross(velocity[:3], away)
+            speed[frame, place] = np.hypot(along[0], along[1])
     return Corners(speed, touching)
 
 

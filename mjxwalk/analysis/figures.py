@@ -110,7 +110,8 @@ def stick_figures(
     axis: Any = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axis.fill_between(ground_x, ground_z, low, color=GROUND, linewidth=0)
     for skeleton in skeletons:
-        for leg, colour in ((1, FAR), (0, NEAR)):
+        for leg in reversed(range(len(skeleton))):  # left and right in turn
+            colour = FAR if leg % 2 else NEAR
             axis.plot(*skeleton[leg, :, ::2].T, color=colour, linewidth=2, solid_capstyle="round")
     axis.set(xlim=(left, right), ylim=(low, high), aspect="equal")
     axis.axis("off")
@@ -147,8 +148,9 @@ def spatial_stick_figures(
         if row == 0:
             axis.fill_between(ground_x, ground_z, low, color=GROUND, linewidth=0)
         for place, skeleton in zip(places, skeletons, strict=True):
-            for leg, colour in ((0, FAR), (1, NEAR)):
+            for leg in range(len(skeleton)):  # left and right in turn
                 line = place[leg], skeleton[leg, :, 2]
+                colour = NEAR if leg % 2 else FAR
                 axis.plot(*line, color=colour, linewidth=2, solid_capstyle="round")
         axis.set(xlim=(left, right), ylim=(low, high), aspect="equal")
         axis.axis("off")

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from mjxwalk.analysis.footfalls import find_footfalls, observe
 from mjxwalk.analysis.frame import Frame
-from mjxwalk.analysis.strides import SHORTEST_PHASE, Strides, find_strides
+from mjxwalk.analysis.strides import SHORTEST_PHASE, Strides, find_strides, no_strides
 from mjxwalk.replay import Recording
 
 FIGURES = (
@@ -79,7 +79,8 @@ def measure_gait(recording: Recording, env: Any) -> Gait:
 def measure_trials(recording: Recording, env: Any, *, shortest: float = SHORTEST_PHASE) -> Frame:
     """Returns a row for each trial: `fell`, `strides`, duration, distance and all of `FIGURES`.
 
-    Figures of strides are means over those of the trial, NaN of a trial without.
+    Figures of strides are means over those of the trial, NaN of a trial without, and of bodies on
+    more than two feet.
 
     Args:
       recording: of trials from their start.
@@ -91,7 +92,13 @@ def measure_trials(recording: Recording, env: Any, *, shortest: float = SHORTEST
     observations = observe(recording, env)
     rows: list[dict[str, Any]] = []
     for walker, footfalls in enumerate(find_footfalls(recording, observations, shortest=shortest)):
-        strides = find_strides(footfalls.time, footfalls.contact, footfalls.ankle_x)
+        # ours: strides are told of two feet alone; of more, which follows which is the gait's own.
+        has_strides = footfalls.contact.shape[1] == 2
+        strides = (
+            find_strides(footfalls.time, footfalls.contact, footfalls.ankle_x)
+            if has_strides
+            else no_strides()
+        )
         last = recording.states
         distance = float(last.qpos[-1, walker, 0] - last.qpos[0, walker, 0])
         duration = float(recording.time[-1, walker])

@@ -57,9 +57,11 @@ def skeleton(
     model, anatomy = env.model.mujoco, env.anatomy
     data, joints = mujoco.MjData(model), list(anatomy.joint_coordinate)
     torso = model.body(anatomy.torso).id
-    # As far above the centre of the upper body as that is above the hips.
-    top = 2.0 * model.body_ipos[torso] * (0.0, 0.0, 1.0)
     chains = [_chain(model, torso, model.body(leg.foot).id) for leg in anatomy.legs]
+    longest = max(map(len, chains))
+    chains = [[torso] * (longest - len(chain)) + chain for chain in chains]
+    # As far above the centre of the upper body as that is above the hips.
+    top = 2.0 * _centre(model, torso, chains) * (0.0, 0.0, 1.0)
     feet = [anatomy.heel_and_toe(leg) for leg in anatomy.legs]
     below = np.array([0.0, 0.0, anatomy.points[0].radius])  # a sphere's lowest point touches
     figures: list[Any] = []
@@ -87,6 +89,23 @@ def draw(sticks: Sticks) -> Figure:
     if sticks.spatial:
         return figures.spatial_stick_figures(*given)
     return figures.stick_figures(*given)
+
+
+def _centre(model: Any, torso: int, chains: list[list[int]]) -> Float[np.ndarray, "3"]:
+    """Returns the centre of mass of all that is not part of a leg, in the torso's axes, m."""
+    legs = {body for chain in chains for body in chain if body != torso}
+    upper: list[int] = []
+    for body in range(1, model.nbody):
+        if model.body_parentid[body] in legs:
+            legs.add(body)
+        if body not in legs:
+            upper.append(body)
+    if upper == [torso] or not model.body_mass[upper].any():
+        return model.body_ipos[torso].copy()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    centre = np.average(data.xipos[upper], axis=0, weights=model.body_mass[upper])
+    return data.xmat[torso].reshape(3, 3).T @ (centre - data.xpos[torso])
 
 
 def _chain(model: Any, torso: int, foot: int) -> list[int]:

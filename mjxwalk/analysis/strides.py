@@ -46,6 +46,11 @@ class Strides(NamedTuple):
         return self.length / self.duration
 
 
+def no_strides() -> Strides:
+    """Returns the strides of a walker that takes none."""
+    return find_strides(np.zeros(0), np.zeros((0, 2), bool), np.zeros((0, 2)))
+
+
 def find_strides(
     time: Float[np.ndarray, " frame"],
     contact: Bool[np.ndarray, "frame 2"],

@@ -101,7 +101,7 @@ def _sections(
     if num_trials:
         found = recorded.record(asked, num_trials=num_trials, seed=seed, engine=engine, say=say)
     why_not = (
-        "Gaits are told of the walkers of study A."
+        recorded.why_not([phase for phases in asked.values() for phase in phases])
         if num_trials
         else "Tables and figures of the gait were left out; --trials 100 makes them."
     )

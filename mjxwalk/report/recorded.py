@@ -7,12 +7,12 @@ import jax
 import numpy as np
 
 from mjxwalk import replay
-from mjxwalk.analysis import angles, faults, gait, sticks, trials
+from mjxwalk.analysis import angles, faults, gait, roles, sticks, trials
 from mjxwalk.analysis.angles import AngleDensity
 from mjxwalk.analysis.frame import Frame
 from mjxwalk.analysis.gait import Gait
 from mjxwalk.analysis.sticks import Sticks
-from mjxwalk.envs.anatomy import is_spatial
+from mjxwalk.envs.anatomy import anatomy_of, is_spatial
 from mjxwalk.report.sources import Phase
 
 AT_ONCE = 50  # trials that are recorded together; ours: some 200 MB for 100 s
@@ -49,6 +49,7 @@ class Recorded(NamedTuple):
       density: of the angles, over all of them.
       stick: the one that falls least.
       faults: of each in some trials, from `analysis.faults`; None of planar walkers.
+      is_paper: whether they walk with a body of the paper.
     """
 
     labels: tuple[str, ...]
@@ -56,11 +57,24 @@ class Recorded(NamedTuple):
     density: AngleDensity
     stick: Stick
     faults: Frame | None
+    is_paper: bool
 
 
 def can_be(phase: Phase) -> bool:
-    """Returns whether a phase's winner can be recorded: whether its angles have roles."""
-    return angles.roles_of(phase.experiment.env) is not None
+    """Returns whether a phase's winner can be recorded: whether its two legs have roles."""
+    return roles.roles_of(phase.experiment.env) is not None
+
+
+def why_not(phases: Sequence[Phase]) -> str:
+    """Returns why the winners of phases cannot be recorded."""
+    known = [anatomy_of(phase.experiment.env) for phase in phases]
+    for anatomy in known:
+        if anatomy is not None and len(anatomy.legs) != 2:
+            return (
+                f"Gait, strides and angles are told of bodies on two feet, and {anatomy.name} has "
+                f"{len(anatomy.legs)} legs."
+            )
+    return "Gaits are told of bodies on two feet with hips, knees and ankles of their own."
 
 
 def record(
@@ -91,7 +105,8 @@ def record(
 
 def _record(phases: Sequence[Phase], num_trials: int, seed: int, engine: str) -> Recorded:
     gaits: list[Gait] = []
-    density = angles.empty_density(angles.roles_of(phases[0].experiment.env) or angles.PLANAR)
+    known = roles.roles_of(phases[0].experiment.env) or roles.PLANAR
+    density = angles.empty_density(known)
     for phase in phases:
         rows, density = _trials(phase, density, num_trials, seed, engine)
         gaits.append(gait.summarise(rows))
@@ -102,6 +117,7 @@ def _record(phases: Sequence[Phase], num_trials: int, seed: int, engine: str) ->
         density=density,
         stick=_stick(phases[best], seed, engine),
         faults=_faults(phases, seed, engine),
+        is_paper=known.is_paper,
     )
 
 

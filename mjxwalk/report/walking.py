@@ -43,6 +43,10 @@ FAULTS = {  # of a spatial gait, with their titles, factors and places
     "pitch_rad": ("lean of the torso forward or back (rad)", 1, 3),
     "roll_rad": ("roll of the torso (rad)", 1, 3),
 }
+SIGNS = (
+    "The torso that leans forward, hips and knees that bend and ankles that lift the toe count as "
+    "positive; 0 is the pose in which the file has the joints."
+)
 IN_PAPER = ("speed_m_s", "step_length_m", "double_stance")  # what its table had
 
 
@@ -76,19 +80,24 @@ def section(recorded: Mapping[str, Recorded], *, why_not: str = "") -> Section:
 def _table(recorded: Mapping[str, Recorded]) -> Table:
     gaits = {name: each.gaits for name, each in recorded.items()}
     data = tables.table_5(gaits)
-    rows = [Row(title, _line(data, name, list(gaits))) for name, (title, _) in PLACES.items()]
+    is_paper = any(each.is_paper for each in recorded.values())
+    rows = [
+        Row(title, _line(data, name, list(gaits), is_paper=is_paper))
+        for name, (title, _) in PLACES.items()
+    ]
     stance = paper.HUMAN_IN_PAPER["double_stance"]
     basis = "; ".join(f"{name}: {_basis(each)}" for name, each in gaits.items())
-    spatial = any(_is_spatial(each) for each in recorded.values())
+    in_table_5 = not any(_is_spatial(each) or not each.is_paper for each in recorded.values())
+    papers = (Column("paper"),) if is_paper else ()
+    people = (Column("adults, measured", "human"), Column("as in the paper", "human"))
     return Table(
-        name="gaits" if spatial else "table-5",
-        caption="Gaits of the winners" if spatial else "Table 5. Gaits of the winners",
+        name="table-5" if in_table_5 else "gaits",
+        caption="Table 5. Gaits of the winners" if in_table_5 else "Gaits of the winners",
         head="figure",
         columns=(
             *(Column(name, "ours") for name in gaits),
-            Column("paper"),
-            Column("adults, measured", "human"),
-            Column("as in the paper", "human"),
+            *papers,
+            *(people if is_paper else people[:1]),
         ),
         groups=(RowGroup("", tuple(rows)),),
         data=data.reset_index(),
@@ -96,6 +105,8 @@ def _table(recorded: Mapping[str, Recorded]) -> Table:
             f"Without a fall, {basis}. The paper's numbers are lost; it calls speed and step "
             "length those of a slightly brisk human, and double stance notably briefer than a "
             f"human's. Adults: {paper.FUKUCHI}; in the paper: {stance.source}."
+            if is_paper
+            else f"Without a fall, {basis}. Adults, of a human's size and weight: {paper.FUKUCHI}."
         ),
     )
 
@@ -139,7 +150,7 @@ def _is_spatial(recorded: Recorded) -> bool:
     return recorded.faults is not None
 
 
-def _line(data: Frame, name: str, variants: list[str]) -> tuple[Cell, ...]:
+def _line(data: Frame, name: str, variants: list[str], *, is_paper: bool) -> tuple[Cell, ...]:
     places = PLACES[name][1]
     scale = 100 if name == "double_stance" else 1
     ours = [
@@ -153,6 +164,8 @@ def _line(data: Frame, name: str, variants: list[str]) -> tuple[Cell, ...]:
         quoted(source.get(name), places, scale=scale)
         for source in (paper.HUMAN, paper.HUMAN_IN_PAPER)
     ]
+    if not is_paper:
+        return (*ours, human[0])
     return (*ours, Cell(LOST if papers else NOTHING, is_quoted=True), *human)
 
 
@@ -167,7 +180,8 @@ def _stick(name: str, recorded: Recorded) -> Picture:
     num = len(stick.sticks.skeletons)
     end = f"; it falls after {stick.seconds:.1f} s" if stick.fell else ""
     walked = float(np.ptp(stick.sticks.skeletons[:, 0, 1, 0]))
-    place = f"sticks-{name}" if spatial else f"figure-5-{name}"
+    in_paper = recorded.is_paper and not spatial
+    place = f"figure-5-{name}" if in_paper else f"sticks-{name}"
     alt = (
         f"{count(num, 'stick figure')} of a walker with torso, thighs, shanks and feet, side by "
         f"side on uneven ground; its hip gets {walked:.1f} m forward in {stick.seconds:.1f} s{end}."
@@ -175,7 +189,7 @@ def _stick(name: str, recorded: Recorded) -> Picture:
     return Picture(
         name=place,
         caption=(
-            f"{'Stick figures' if spatial else 'Figure 5'}, {name}. The winner of {stick.label} "
+            f"{'Figure 5' if in_paper else 'Stick figures'}, {name}. The winner of {stick.label} "
             f"from its start, every half second{end}. "
             + ("Below, from the front. The left" if spatial else "The right")
             + " leg is the faint one."
@@ -186,8 +200,10 @@ def _stick(name: str, recorded: Recorded) -> Picture:
 
 def _density(name: str, recorded: Recorded) -> Picture:
     density = recorded.density
-    figure = 8 if _is_spatial(recorded) else 6
-    place = f"figure-{figure}-{name}"
+    figure = "Figure 8" if _is_spatial(recorded) else "Figure 6"
+    if not recorded.is_paper:
+        figure = "Angles"
+    place = f"{figure.lower().replace(' ', '-')}-{name}"
     courses = [
         f"{angle} from {number(course.min(), 0)} to {number(course.max(), 0)} degrees"
         for angle, course in zip(density.names, density.mean, strict=True)
@@ -198,9 +214,11 @@ def _density(name: str, recorded: Recorded) -> Picture:
     return Picture(
         name=place,
         caption=(
-            f"Figure {figure}, {name}. How often each angle is where over a step, of "
+            f"{figure}, {name}. How often each angle is where over a step, of "
             f"{count(density.steps, 'step')} of {count(len(recorded.labels), 'winner')} in trials "
-            "without a fall. The file has the average courses."
+            "without a fall. "
+            + ("" if recorded.is_paper else f"{SIGNS} ")
+            + "The file has the average courses."
         ),
         svg=drawing.inline(figures.angle_densities(density), name=place, alt=alt),
         data=frame([dict(zip(data, row, strict=True)) for row in zip(*data.values(), strict=True)]),

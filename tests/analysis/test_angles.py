@@ -4,7 +4,7 @@ import jax
 import numpy as np
 from analysis.walking import STRIDE_FRAMES, recording, walk
 
-from mjxwalk.analysis import angles
+from mjxwalk.analysis import angles, roles
 from mjxwalk.analysis.angles import add_steps, angle_density, empty_density, step_angles
 from mjxwalk.envs import Flame, Planar7
 from mjxwalk.envs.bodies.flame_body import PITCH, ROLL
@@ -90,7 +90,7 @@ def test_the_roll_of_a_spatial_body_is_told_towards_the_stance_foot() -> None:
     states = jax.tree.map(lambda leaf: leaf[:, None], states._replace(touching=touching))
     time = (0.01 * np.arange(frames, dtype=np.float32))[:, None]
     steps = step_angles(Recording(time, np.zeros((frames, 1), bool), states), env)
-    torso, roll = (angles.SPATIAL.names.index(name) for name in ("torso", "roll"))
+    torso, roll = (roles.SPATIAL.names.index(name) for name in ("torso", "roll"))
     np.testing.assert_allclose(steps[..., torso], 5.0, atol=1e-4)
     np.testing.assert_allclose(np.abs(steps[..., roll]), 10.0, atol=1e-4)
     signs = np.sign(steps[:, 0, roll])
