@@ -19,9 +19,8 @@ def check(path: Path) -> None:
     """
     if not path.exists() and str(path) not in robots.names():
         raise RunError(
-            f"--body {path} does not exist{near(str(path), robots.names())}; name an MJCF or URDF "
-            "file, a run with a body of its own, or one of "
-            f"{', '.join(robots.names())}"
+            f"--body {path} does not exist{near(str(path), robots.names())}; a body is an MJCF or "
+            "URDF file, a run with a body of its own, or the name of one that ships"
         )
     if path.is_dir() and not (path / config.FILE).is_file():
         raise RunError(f"--body {path} is a folder, and no run; name an MJCF file, or a run")

@@ -30,7 +30,7 @@ def in_new_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("args", "complaint"),
     [
-        (["--body", "no.xml"], "--body no.xml does not exist; name an MJCF file"),
+        (["--body", "no.xml"], "--body no.xml does not exist; known are"),
         (["--body", "."], "--body . is a folder, and no run"),
         (["--body", "text.xml"], "text.xml: is no XML"),
         (["--body", "bytes.xml"], "--body bytes.xml is no text"),
