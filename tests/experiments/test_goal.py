@@ -76,6 +76,15 @@ def test_short_trials_miss_the_goal() -> None:
     assert found(Goal(trials=30, distance=2.1), Scripted(walkers), [False] * 3) is None
 
 
+def test_a_share_of_trials_may_fail() -> None:
+    falls = [{20, 70}]  # one of the first 64, and one of the 36 after them
+    assert found(Goal(trials=100), Scripted(falls), [False]) is None
+    assert found(Goal(trials=100, share=0.95), Scripted(falls), [False]) == 0
+    assert found(Goal(trials=100, share=0.98), Scripted(falls), [False]) is None  # 35 of 36
+    with pytest.raises(ValueError, match="share must be above 0"):
+        Goal(trials=1, share=0.0)
+
+
 def test_a_few_trials_spare_the_many() -> None:
     evaluator = Scripted([{0}, {1}])
     assert found(Goal(trials=30), evaluator, [False, False]) is None
