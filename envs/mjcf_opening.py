@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from mjxwalk.envs import mjcf_lines, mjcf_messages, mjcf_missing, mjcf_urdf
 from mjxwalk.envs._mujoco import compiled, mujoco
 from mjxwalk.envs.mjcf_lines import Place
@@ -52,6 +54,8 @@ def opened(path: Path) -> Opened:
     }
     try:
         model = compiled(spec)
+        if not 0.0 < model.opt.timestep < np.inf:
+            raise ValueError("the timestep of <option> is no number above 0; write one, in seconds")
     except ValueError as error:
         raise ValueError(mjcf_messages.sentence(str(error), places)) from None
     return Opened(

@@ -58,6 +58,7 @@ def put(experiment: Any, path: Path) -> Any:
         # Our own bodies' experiments take a file to the letter; others take what it comes to.
         if file.is_dir() or not isinstance(getattr(experiment, "env", None), MjcfEnv):
             return own_body.with_body(experiment, read(file))
+        read(file)  # refuses pipes, devices and what is no text, which MuJoCo would wait for
         found = mjcf_reader.read(file)
     except ValueError as error:
         raise RunError(f"{path}: {error}") from None

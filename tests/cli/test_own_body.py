@@ -32,7 +32,7 @@ def in_new_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     [
         (["--body", "no.xml"], "--body no.xml does not exist; known are"),
         (["--body", "."], "--body . is a folder, and no run"),
-        (["--body", "text.xml"], "text.xml: is no XML"),
+        (["--body", "text.xml"], "text.xml: line 1: it is no XML"),
         (["--body", "bytes.xml"], "--body bytes.xml is no text"),
         (["--body", "wide.xml"], "--body wide.xml is no text; name an MJCF file, as XML in UTF-8"),
         (["--body", "pipe"], "pipe could not be used: it is no plain file"),
@@ -91,7 +91,7 @@ def test_a_hostile_body_is_one_sentence(
     name: str, traps: None, capfd: pytest.CaptureFixture[str]
 ) -> None:
     Path("my.xml").write_text(hostile(OURS, HOSTILE[name]))
-    assert main(["evolve", "--body", "my.xml", "--out", "run"]) == 2
+    assert main(["evolve", "planar-lpd", "--body", "my.xml", "--out", "run"]) == 2
     assert re.fullmatch(r"mjxwalk: my\.xml: line \d+: [^\n]+\n", capfd.readouterr().err)
     assert not Path("run").exists() and not Path("MUJOCO_LOG.TXT").exists()
 
