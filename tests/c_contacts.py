@@ -81,11 +81,12 @@ def steps(text: str, model: MujocoModel, *, trials: int = 8, length: int = 400) 
         state = mujoco_step.begin(model, Coordinates(jnp.asarray(start.qpos), jnp.asarray(rates)))
         mujoco.mj_resetData(found, data)
         data.qpos[:], data.qvel[:] = np.asarray(state.qpos), np.asarray(state.qvel)
+        action: Any = None  # of the first step
         for step in range(length):
             if step % 20 == 0:
                 target = start.qpos[places] + 0.3 * rng.normal(size=found.nu)
                 torque = 5.0 * rng.normal(size=found.nu)
-                action = Action(torque, target, stiffness, damping)
+                action = Action(torque, target, jnp.asarray(stiffness), jnp.asarray(damping))
                 set_motors(found, action)
             before = MujocoState(data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy())
             mujoco.mj_step(found, data)

@@ -44,7 +44,8 @@ def test_kinematics_and_bias_forces_are_those_of_c_mujoco() -> None:
     data = mujoco.MjData(model)
     data.qpos[7:], data.qvel[:] = angles, qvel
     mujoco.mj_forward(model, data)
-    ours = floating.forward(floated, *(jnp.asarray(x, jnp.float32) for x in (angles, qvel, down)))
+    joints, rates, gravity = (jnp.asarray(x, jnp.float32) for x in (angles, qvel, down))
+    ours = floating.forward(floated, joints, rates, gravity)
     np.testing.assert_allclose(ours.xpos[1:], data.xpos[1:], atol=1e-6)
     np.testing.assert_allclose(ours.xmat[1:], data.xmat[1:].reshape(-1, 3, 3), atol=1e-6)
     # Sums of some 100 N over ten bodies, in float32.
