@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from mjxwalk.envs.mjcf_source import geoms_of
+from mjxwalk.envs.derived.source import geoms_of
 from mjxwalk.envs.state import State
 from mjxwalk.envs.trees import Instant
 from mjxwalk.envs.trial import Trial

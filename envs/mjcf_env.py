@@ -8,28 +8,20 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from mjxwalk.envs import (
-    body_heights,
-    checks,
-    dynamics,
-    edge,
-    floating,
-    mjcf_anatomy,
-    mjcf_defaults,
-    mjcf_motors,
-    mjcf_tree,
-    mujoco_law,
-    trial,
-)
+from mjxwalk.envs import body_heights, checks, dynamics, edge, floating, trial
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import SoftContact
+from mjxwalk.envs.derived import anatomy as mjcf_anatomy
+from mjxwalk.envs.derived import defaults, file_tree
+from mjxwalk.envs.derived import motors as mjcf_motors
 from mjxwalk.envs.fitness_terms import FitnessTerms, Seen, Tally
 from mjxwalk.envs.joint_stop import JointStop
 from mjxwalk.envs.legged import LeggedEnv
 from mjxwalk.envs.legged_body import Sprung
 from mjxwalk.envs.motor import Action, Springs
-from mjxwalk.envs.mujoco_contact import MujocoContact
-from mjxwalk.envs.mujoco_step import MujocoState
+from mjxwalk.envs.mujoco_law import law
+from mjxwalk.envs.mujoco_law.settings import MujocoContact
+from mjxwalk.envs.mujoco_law.step import MujocoState
 from mjxwalk.envs.observation import BodyObservation
 from mjxwalk.envs.own_laws import Forbidden
 from mjxwalk.envs.state import State
@@ -54,7 +46,7 @@ class Own(NamedTuple):
 class MjcfEnv(LeggedEnv):
     """The body of a file, its ground, and the rules of a trial.
 
-    What all bodies have is in `LeggedEnv`; what a file says is in `mjcf_tree.py`.
+    What all bodies have is in `LeggedEnv`; what a file says is in `file_tree.py`.
 
     Attributes:
       body: MJCF, in itself complete.
@@ -120,7 +112,7 @@ class MjcfEnv(LeggedEnv):
             if name not in names:
                 raise ValueError(f"forbidden names {name}, and the body has {', '.join(names[1:])}")
         if self._is_mujocos:
-            mujoco_law.model_of(self)  # refuses what MJX cannot compute
+            law.model_of(self)  # refuses what MJX cannot compute
         _ = self.anatomy  # refuses motors that nothing here moves
 
     @classmethod
@@ -134,7 +126,7 @@ class MjcfEnv(LeggedEnv):
         Raises:
           ValueError: the text is no body that can be simulated, or a setting is wrong.
         """
-        derived = mjcf_defaults.of_text(text, contact_law=settings.get("contact_law", "points"))
+        derived = defaults.of_text(text, contact_law=settings.get("contact_law", "points"))
         return cls(body=text, **{**derived, **settings})
 
     @edge.takes_arrays
@@ -144,8 +136,8 @@ class MjcfEnv(LeggedEnv):
             return super().step(state, action, given)
         self._check_action(action)
         action, driven = self._full(action), self.anatomy.driven
-        at, after, report = mujoco_law.step(self, state, action, given)
-        touching = mujoco_law.of_points(self, report.touching)
+        at, after, report = law.step(self, state, action, given)
+        touching = law.of_points(self, report.touching)
         moved = state._replace(
             qpos=at.qpos,
             qvel=at.qvel,
@@ -169,9 +161,9 @@ class MjcfEnv(LeggedEnv):
         if not self._is_mujocos:
             return super().ground_forces(state, given)
         idle = self._full(jnp.zeros(len(self.anatomy.motors)))
-        _, _, report = mujoco_law.step(self, state, idle, given)
+        _, _, report = law.step(self, state, idle, given)
         shares = [1.0 / len(self.anatomy.points_of(leg)) for leg in self.anatomy.legs]
-        return mujoco_law.of_points(self, report.force * jnp.array(shares)[:, None])
+        return law.of_points(self, report.force * jnp.array(shares)[:, None])
 
     @property
     def _is_mujocos(self) -> bool:
@@ -179,18 +171,18 @@ class MjcfEnv(LeggedEnv):
 
     @property
     def model(self) -> dynamics.Model:
-        return mjcf_tree.of_text(self.body).hinged
+        return file_tree.of_text(self.body).hinged
 
     @property
     def floating(self) -> dynamics.Model | None:
-        return mjcf_tree.of_text(self.body).floating
+        return file_tree.of_text(self.body).floating
 
     @property
     def anatomy(self) -> Anatomy:
         return mjcf_anatomy.anatomy(self.body, self.acting, self.gains)
 
     def spec(self) -> Any:
-        tree = mjcf_tree.of_text(self.body)
+        tree = file_tree.of_text(self.body)
         return mjcf_motors.add(tree.spec.copy(), tree)
 
     @property
@@ -253,7 +245,7 @@ class MjcfEnv(LeggedEnv):
             touching=jnp.asarray(stance.touching),
             ankle_x=jnp.asarray(stance.ankle_x),
             trial=TrialState.begin(),
-            own=Own(tally, mujoco_law.begin(self, qpos) if self._is_mujocos else None),
+            own=Own(tally, law.begin(self, qpos) if self._is_mujocos else None),
         )
 
     def sense(self, state: State, /) -> BodyObservation:

@@ -59,10 +59,11 @@ def tell(path: Path, seconds: float) -> tuple[str, tuple[str, ...]]:
       path: of the file.
       seconds: how long the body is simulated, its motors at rest.
     """
-    from mjxwalk.envs import MjcfEnv, mjcf_reader
+    from mjxwalk.envs import MjcfEnv
+    from mjxwalk.envs.mjcf import reader
 
     try:
-        body = mjcf_reader.read(path)
+        body = reader.read(path)
     except ValueError as error:
         return f"refused: {error}", ()
     notes = (*body.notes, *body.points)

@@ -16,13 +16,16 @@ import jax.numpy as jnp
 import numpy as np
 
 from mjxwalk import robots
-from mjxwalk.envs import mjcf_anatomy, mjcf_reader, mujoco_model, mujoco_step
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.derived import anatomy
+from mjxwalk.envs.mjcf import reader
 from mjxwalk.envs.motor import Action
-from mjxwalk.envs.mujoco_contact import MujocoContact
-from mjxwalk.envs.mujoco_coordinates import Coordinates
-from mjxwalk.envs.mujoco_model import MujocoModel
-from mjxwalk.envs.mujoco_step import MujocoState
+from mjxwalk.envs.mujoco_law import model as mujoco_model
+from mjxwalk.envs.mujoco_law import step as mujoco_step
+from mjxwalk.envs.mujoco_law.coordinates import Coordinates
+from mjxwalk.envs.mujoco_law.model import MujocoModel
+from mjxwalk.envs.mujoco_law.settings import MujocoContact
+from mjxwalk.envs.mujoco_law.step import MujocoState
 
 CONVERGED = MujocoContact(iterations=100, ls_iterations=20)
 FASTEST = 40.0  # rad/s; of states to compare
@@ -41,7 +44,7 @@ class Steps(NamedTuple):
 def text_of(name: str) -> str:
     """Returns the MJCF of a body that ships, or of a file."""
     path = robots.FOLDER / f"{name}.xml"
-    return mjcf_reader.read(path if path.exists() else Path(name)).text
+    return reader.read(path if path.exists() else Path(name)).text
 
 
 def model_of(text: str, law: MujocoContact = CONVERGED) -> MujocoModel:
@@ -70,7 +73,7 @@ def steps(text: str, model: MujocoModel, *, trials: int = 8, length: int = 400) 
     """Returns every eighth state of bodies that fall, and lie, as their motors jerk."""
     found, rng = reference(model), np.random.default_rng(0)
     data = mujoco.MjData(found)
-    start, motors = mjcf_anatomy.stance(text), mjcf_anatomy.anatomy(text).motors
+    start, motors = anatomy.stance(text), anatomy.anatomy(text).motors
     stiffness, damping = (
         np.array([getattr(each, name) for each in motors]) for name in ("stiffness", "damping")
     )

@@ -253,7 +253,7 @@ def test_no_run_is_one_sentence(
 
 
 def test_body_files_tells_what_walks_and_why_not(capsys: pytest.CaptureFixture[str]) -> None:
-    folder = Path(__file__).parent / "envs/bodies_read/cases"
+    folder = Path(__file__).parent / "envs/mjcf/files/cases"
     names = [str(folder / f"{name}.xml") for name in ("rk4", "zero_mass")]
     args = [*names, "--under", str(folder), "--seconds", "0", "--notes"]
     capsys.readouterr()

@@ -49,7 +49,8 @@ def put(experiment: Any, path: Path) -> Any:
     Raises:
       RunError: the file is no body that can be simulated, or the experiment takes none.
     """
-    from mjxwalk.envs import MjcfEnv, mjcf_reader
+    from mjxwalk.envs import MjcfEnv
+    from mjxwalk.envs.mjcf import reader
     from mjxwalk.experiments import own_body
 
     is_shipped = not path.exists()
@@ -59,7 +60,7 @@ def put(experiment: Any, path: Path) -> Any:
         if file.is_dir() or not isinstance(getattr(experiment, "env", None), MjcfEnv):
             return own_body.with_body(experiment, read(file))
         read(file)  # refuses pipes, devices and what is no text, which MuJoCo would wait for
-        found = mjcf_reader.read(file)
+        found = reader.read(file)
     except ValueError as error:
         raise RunError(f"{path}: {error}") from None
     try:

@@ -76,9 +76,10 @@ def of_body(env: Any, *, moved: str, rates: bool, period: float) -> Layout:
       rates: whether the rates of joints are read.
       period: from one action to the next, s.
     """
-    from mjxwalk.envs import mjcf_anatomy, mjcf_tree
+    from mjxwalk.envs.derived import anatomy as mjcf_anatomy
+    from mjxwalk.envs.derived import file_tree
 
-    anatomy, tree = env.anatomy, mjcf_tree.of_text(env.body)
+    anatomy, tree = env.anatomy, file_tree.of_text(env.body)
     stance, root = mjcf_anatomy.stance(env.body), anatomy.root
     of_legs = {
         root.num + place
@@ -149,7 +150,7 @@ def _inputs(anatomy: Any, stance: Any, chosen: set[int], rates: bool) -> list[tu
 
 def _lift(anatomy: Any, tree: Any, stance: Any, coordinates: list[int]) -> tuple[float, ...]:
     """Returns how far each joint bends as its leg is lifted, in units of an action of 1."""
-    from mjxwalk.envs import mjcf_anatomy
+    from mjxwalk.envs.derived import anatomy as mjcf_anatomy
 
     lift = dict.fromkeys(coordinates, 0.0)
     shares = {"hip": -0.35, "knee": 0.7, "ankle": -0.35}  # rad; ours: the foot stays level

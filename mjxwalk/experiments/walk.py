@@ -8,7 +8,9 @@ from typing import Any, Literal
 
 from mjxwalk import robots
 from mjxwalk.controllers import Harmonics, LinearFeedback, Mlp, PatternGenerator, Policy
-from mjxwalk.envs import MjcfEnv, mjcf_defaults, mjcf_reader
+from mjxwalk.envs import MjcfEnv
+from mjxwalk.envs.derived import defaults
+from mjxwalk.envs.mjcf import reader
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
 from mjxwalk.experiments.goal import Goal
 
@@ -73,7 +75,7 @@ def with_contact(experiment: Any, law: str) -> Any:
         raise ValueError(
             f"{experiment.name} has one contact law; choose {NAME} or another experiment of --body"
         )
-    step = mjcf_defaults.of_text(env.body, contact_law=law)["timestep"]
+    step = defaults.of_text(env.body, contact_law=law)["timestep"]
     env = dataclasses.replace(env, contact_law=law, timestep=step)
     return dataclasses.replace(experiment, env=env)
 
@@ -94,7 +96,7 @@ def _by(name: str, policy: Policy) -> Experiment:
     return dataclasses.replace(WALK, name=name, controller=policy)
 
 
-WALK = of_body(mjcf_reader.read(robots.path(USUAL_BODY)).text)
+WALK = of_body(reader.read(robots.path(USUAL_BODY)).text)
 WALK_MLP = _by(f"{NAME}-mlp", Mlp())
 WALK_HARMONICS = _by(f"{NAME}-harmonics", Harmonics())
 WALK_CTRNN = _by(f"{NAME}-ctrnn", PatternGenerator())

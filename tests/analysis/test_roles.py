@@ -10,8 +10,9 @@ import pytest
 from mjxwalk import robots
 from mjxwalk.analysis import roles
 from mjxwalk.analysis.roles import Roles
-from mjxwalk.envs import Flame, Planar7, Reil, mjcf_reader
+from mjxwalk.envs import Flame, Planar7, Reil
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.mjcf import reader
 from mjxwalk.envs.mjcf_env import MjcfEnv
 
 SMALL = 0.01  # rad
@@ -20,7 +21,7 @@ SMALL = 0.01  # rad
 @functools.cache
 def env_of(name: str) -> MjcfEnv:
     """Returns the environment of a body that ships."""
-    return MjcfEnv.of(mjcf_reader.read(robots.path(name)).text)
+    return MjcfEnv.of(reader.read(robots.path(name)).text)
 
 
 def roles_of(name: str) -> Roles:

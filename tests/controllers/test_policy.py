@@ -11,11 +11,12 @@ import pytest
 
 from mjxwalk import robots
 from mjxwalk.controllers import Harmonics, LinearFeedback, Mlp, PatternGenerator, Policy
-from mjxwalk.envs import BodyObservation, MjcfEnv, mjcf_reader
+from mjxwalk.envs import BodyObservation, MjcfEnv
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.mjcf import reader
 from mjxwalk.rollout import rollout
 
-H1 = MjcfEnv.of(mjcf_reader.read(robots.path("h1")).text, max_time=0.1)
+H1 = MjcfEnv.of(reader.read(robots.path("h1")).text, max_time=0.1)
 POLICIES: list[Policy] = [
     LinearFeedback(moved="all", rates=True),
     Mlp(moved="all", hidden=(5,)),
@@ -160,7 +161,7 @@ def test_generator_lifts_legs_in_turn_for_ever() -> None:
 
 @pytest.mark.parametrize("policy", POLICIES, ids=lambda policy: type(policy).__name__)
 def test_rolls_out_on_a_planar_body(policy: Policy) -> None:
-    env = MjcfEnv.of(mjcf_reader.read(robots.path("walker2d")).text, max_time=0.05)
+    env = MjcfEnv.of(reader.read(robots.path("walker2d")).text, max_time=0.05)
     policy = policy.on(env)
     outcome = jax.jit(lambda genotype, given: rollout(env, policy, genotype, given))(
         policy.template(), env.level_trials().given(0)

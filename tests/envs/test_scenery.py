@@ -7,7 +7,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjxwalk.envs import Flame, Planar7, RandomWalk, Reil, SerpentineWalk, TrialVariation, scenery
+from mjxwalk.envs import (
+    Flame,
+    Planar7,
+    RandomWalk,
+    Reil,
+    SerpentineWalk,
+    TrialVariation,
+    scenery,
+)
 from mjxwalk.envs.scenery import AHEAD, BEHIND, BESIDE, Scenery
 from mjxwalk.envs.terrain import Patch
 

@@ -5,7 +5,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjxwalk.envs import TRIAL_AXES, Flame, LeggedEnv, Planar7, Reil, Trial, Trials, TrialState
+from mjxwalk.envs import (
+    TRIAL_AXES,
+    Flame,
+    LeggedEnv,
+    Planar7,
+    Reil,
+    Trial,
+    Trials,
+    TrialState,
+)
 
 PLAIN = Trials(np.arange(6.0).reshape(3, 2))
 DRAWN = PLAIN._replace(start=np.arange(12.0).reshape(3, 4), load=np.array([0.1, 0.2, 0.3]))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from mjxwalk import experiments, robots
-from mjxwalk.envs import MjcfEnv, mjcf_reader
+from mjxwalk.envs import MjcfEnv
+from mjxwalk.envs.mjcf import reader
 from mjxwalk.experiments import own_body, walk
 
 TWO_DIGITS = 0.06  # settings are rounded so, either by 5 % at most where they begin with 1
@@ -44,7 +45,7 @@ def test_a_body_of_twice_the_size_has_the_same_task() -> None:
 
 def test_another_body_brings_its_own_settings_and_keeps_the_rest() -> None:
     usual = dataclasses.replace(experiments.get("walk"), generations=7)
-    changed = own_body.with_body(usual, mjcf_reader.read(robots.path("walker2d")).text)
+    changed = own_body.with_body(usual, reader.read(robots.path("walker2d")).text)
     assert changed.generations == 7 and changed.env.anatomy.root.is_planar
     assert changed.env.terms.speed != usual.env.terms.speed
     motors = [motor.name for motor in changed.env.anatomy.motors]
@@ -59,7 +60,7 @@ def test_bodies_of_one_contact_law_take_no_other() -> None:
 
 
 def test_a_walker_without_ankles_moves_its_trunk() -> None:
-    humanoid = walk.of_body(mjcf_reader.read(robots.path("humanoid")).text)
+    humanoid = walk.of_body(reader.read(robots.path("humanoid")).text)
     assert humanoid.controller.moved == "all"
     assert any("waist" in name for name in humanoid.controller.layout.outputs)
     assert experiments.get("walk").controller.moved == "legs"

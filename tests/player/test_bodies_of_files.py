@@ -7,8 +7,8 @@ import pytest
 from player.test_bodies import place
 
 from mjxwalk import robots
-from mjxwalk.envs import mjcf_reader
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.mjcf import reader
 from mjxwalk.envs.mjcf_env import MjcfEnv
 from mjxwalk.player import bodies
 
@@ -38,7 +38,7 @@ def env_of(text: str) -> MjcfEnv:
 
 
 def shipped(name: str) -> MjcfEnv:
-    return env_of(mjcf_reader.read(robots.path(name)).text)
+    return env_of(reader.read(robots.path(name)).text)
 
 
 @pytest.mark.parametrize("name", ["h1", "walker2d"])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mjxwalk import robots
-from mjxwalk.envs import mjcf_reader
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.mjcf import reader
 from mjxwalk.envs.mjcf_env import MjcfEnv
 
 # Hip, knee and ankle of the left leg, and of each the sign of the angle that moves what is below it
@@ -34,7 +34,7 @@ BENT = 0.3  # rad; knees of those that ship a `home`, but for Walker2d, bend at 
 @functools.cache
 def env_of(name: str) -> MjcfEnv:
     """Returns the environment of a body that ships."""
-    return MjcfEnv.of(mjcf_reader.read(robots.path(name)).text)
+    return MjcfEnv.of(reader.read(robots.path(name)).text)
 
 
 def moved(env: MjcfEnv, qpos: Any) -> Any:

@@ -1,0 +1,250 @@
+"""A step of the physics with MuJoCo's own contacts and constraints."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from mjxwalk.envs import dynamics, motor
+from mjxwalk.envs._mujoco import mjx, mujoco
+from mjxwalk.envs.motor import Action, Limits
+from mjxwalk.envs.mujoco_law import coordinates as mujoco_coordinates
+from mjxwalk.envs.mujoco_law import ground as mujoco_ground
+from mjxwalk.envs.mujoco_law import rows as contact_rows
+from mjxwalk.envs.mujoco_law import solver
+from mjxwalk.envs.mujoco_law.coordinates import Coordinates
+from mjxwalk.envs.mujoco_law.ground import Ground, GroundContacts, Touches, level
+from mjxwalk.envs.mujoco_law.model import MujocoModel
+from mjxwalk.envs.mujoco_law.solver import Cones, Rows, Solution
+
+_PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
+_EULER = int(mujoco.mjtIntegrator.mjINT_EULER)
+_RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
+_NO_EULER_DAMPING = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+# Weights of the classical method of Runge and Kutta: of each slope in the next, and in the sum.
+_NEXT, _SUM = (0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6)
+
+
+class MujocoState(NamedTuple):
+    """What MuJoCo carries from one step to the next.
+
+    Attributes:
+      qpos: positions, a free root's attitude as a quaternion.
+      qvel: velocities.
+      qacc_warmstart: accelerations of the last step, near which the solver looks.
+    """
+
+    qpos: Float[Array, " nq"]
+    qvel: Float[Array, " nv"]
+    qacc_warmstart: Float[Array, " nv"]
+
+
+class Report(NamedTuple):
+    """What happened at the begin of a step.
+
+    Attributes:
+      touching: whether each leg's foot touches the ground.
+      force: of the ground on each leg's foot, world axes, N.
+      torque: of each motor, N m.
+      foot: where each leg's foot is from the root's origin, world axes, m.
+    """
+
+    touching: Bool[Array, " leg"]
+    force: Float[Array, "leg 3"]
+    torque: Float[Array, " motor"]
+    foot: Float[Array, "leg 3"]
+
+
+class _Forward(NamedTuple):
+    data: Any
+    mass: Float[Array, "nv nv"]
+    force: Float[Array, " nv"]
+    solution: Solution
+    touches: tuple[Touches, ...]
+    torque: Float[Array, " motor"]
+
+
+def begin(model: MujocoModel, at: Coordinates) -> MujocoState:
+    """Returns the state of a body that is somewhere and moves."""
+    qpos, qvel = mujoco_coordinates.from_coordinates(model, at)
+    return MujocoState(qpos, qvel, jnp.zeros_like(qvel))
+
+
+def coordinates(model: MujocoModel, state: MujocoState) -> Coordinates:
+    """Returns where a body is, in the coordinates of its anatomy, and their rates."""
+    return mujoco_coordinates.to_coordinates(model, state.qpos, state.qvel)
+
+
+def step(
+    model: MujocoModel, state: MujocoState, action: Action, ground: Ground = level
+) -> tuple[MujocoState, Report]:
+    """Returns the state one step of the model's length later, and what happened in it."""
+    now = _forward(model, state, action, ground)
+    integrator = int(model.mujoco.opt.integrator)
+    if integrator == _RK4:
+        moved = _runge_kutta(model, state, action, ground, now)
+    else:
+        qacc = now.solution.qacc
+        matrix = _implicit(model, now, action)
+        if matrix is not None:
+            qacc = dynamics.solve(matrix, now.force + now.solution.joint_force)
+        moved = _advance(model, now.data, state.qpos, state.qvel, qacc)
+    return MujocoState(*moved, now.solution.qacc), _report(model, now)
+
+
+def _forward(model: MujocoModel, state: MujocoState, action: Action, ground: Ground) -> _Forward:
+    """Returns accelerations, and all that they came of."""
+    ours = model.mjx
+    data = model.data.replace(qpos=state.qpos, qvel=state.qvel)
+    data = mjx.fwd_velocity(ours, mjx.fwd_position(ours, data))
+    limits = Limits(model.lowest, model.highest)
+    joints = model.driven + (state.qpos.shape[0] - state.qvel.shape[0])
+    torque = motor.driven(
+        action, state.qpos[joints], state.qvel[model.driven], limits, ahead=0.0
+    ).torque
+    force = data.qfrc_passive - data.qfrc_bias
+    force = force.at[model.driven].add(torque)
+    mass = mjx.full_m(ours, data)
+    rows, touches = _rows(model, data, ground)
+    option = model.mujoco.opt
+    solution = solver.solve(
+        mass,
+        force,
+        rows,
+        state.qacc_warmstart,
+        iterations=int(option.iterations),
+        ls_iterations=int(option.ls_iterations),
+        tolerance=float(option.tolerance),
+    )
+    return _Forward(data, mass, force, solution, touches, torque)
+
+
+def _rows(model: MujocoModel, data: Any, ground: Ground) -> tuple[Rows, tuple[Touches, ...]]:
+    """Returns the constraints that MJX has found, then the ground's; and how that is touched."""
+    pyramidal = int(model.mujoco.opt.cone) == _PYRAMIDAL
+    parts, touched = [_found(model, data)], []
+    for contacts in model.ground:
+        touches = mujoco_ground.touch(contacts, model.mujoco, data, ground, model.planar)
+        parts.append(contact_rows.rows(contacts, touches, model.mujoco, data, pyramidal=pyramidal))
+        touched.append(touches)
+    return solver.joined(parts), tuple(touched)
+
+
+def _found(model: MujocoModel, data: Any) -> Rows:
+    """Returns the constraints that MJX has found."""
+    found = data._impl
+    place = np.arange(found.efc_J.shape[0])
+    equal = place < found.ne
+    rubs = (place >= found.ne) & (place < found.ne + found.nf)
+    most = found.efc_frictionloss
+    cones: list[Cones] = []
+    if int(model.mujoco.opt.cone) != _PYRAMIDAL:
+        for dim in (3, 4, 6):
+            here = np.flatnonzero(found.contact.dim == dim)
+            if not here.size:
+                continue
+            friction = found.contact.friction[here, : dim - 1]
+            regular = friction[:, :1] / np.sqrt(model.mujoco.opt.impratio)
+            rows = found.contact.efc_address[here][:, None] + np.arange(dim)
+            cones.append(Cones(rows, jnp.concatenate([regular, friction], axis=1)))
+    return Rows(
+        jacobian=found.efc_J,
+        weight=found.efc_D,
+        target=found.efc_aref,
+        lowest=jnp.where(equal, -jnp.inf, jnp.where(rubs, -most, 0.0)),
+        highest=jnp.where(rubs, most, jnp.inf),
+        cones=tuple(cones),
+    )
+
+
+def _implicit(model: MujocoModel, now: _Forward, action: Action) -> Float[Array, "nv nv"] | None:
+    """Returns the mass matrix with what the integrator takes at the step's end; None if nothing."""
+    found, ours = model.mujoco, model.mjx
+    timestep = float(found.opt.timestep)
+    damping = jnp.asarray(found.dof_damping, now.mass.dtype)
+    if int(found.opt.integrator) == _EULER:
+        if int(found.opt.disableflags) & _NO_EULER_DAMPING or not found.dof_damping.any():
+            return None
+        return now.mass + timestep * jnp.diag(damping)
+    limited = (now.torque <= model.lowest) | (now.torque >= model.highest)
+    damping = damping.at[model.driven].add(jnp.where(limited, 0.0, action.damping))
+    matrix = now.mass + timestep * jnp.diag(damping)
+    if found.ntendon and found.tendon_damping.any():
+        along = now.data._impl.ten_J
+        matrix += timestep * along.T @ (ours.tendon_damping[:, None] * along)
+    return matrix
+
+
+def _advance(
+    model: MujocoModel,
+    data: Any,
+    qpos: Float[Array, " nq"],
+    qvel: Float[Array, " nv"],
+    qacc: Float[Array, " nv"],
+) -> tuple[Float[Array, " nq"], Float[Array, " nv"]]:
+    """Returns positions and velocities after a step with these accelerations."""
+    # With its damping off, MJX's integrator does nothing else, and it knows quaternions.
+    flags = int(model.mujoco.opt.disableflags) | _NO_EULER_DAMPING
+    ours = model.mjx.tree_replace({"opt.disableflags": flags})
+    moved = mjx.euler(ours, data.replace(qpos=qpos, qvel=qvel, qacc=qacc))
+    return moved.qpos, moved.qvel
+
+
+def _runge_kutta(
+    model: MujocoModel, state: MujocoState, action: Action, ground: Ground, now: _Forward
+) -> tuple[Float[Array, " nq"], Float[Array, " nv"]]:
+    """Returns positions and velocities after a step of the classical method of fourth order."""
+    timestep = float(model.mujoco.opt.timestep)
+    nothing = jnp.zeros_like(state.qvel)
+    slope, qacc = state.qvel, now.solution.qacc
+    total, gain = _SUM[0] * slope, _SUM[0] * qacc
+    for share, weight in zip(_NEXT, _SUM[1:], strict=True):
+        qpos, _ = _advance(model, now.data, state.qpos, share * slope, nothing)
+        slope = state.qvel + timestep * share * qacc
+        there = MujocoState(qpos, slope, qacc)
+        qacc = _forward(model, there, action, ground).solution.qacc
+        total, gain = total + weight * slope, gain + weight * qacc
+    qpos, _ = _advance(model, now.data, state.qpos, total, nothing)
+    return qpos, state.qvel + timestep * gain
+
+
+def _report(model: MujocoModel, now: _Forward) -> Report:
+    places = now.data.xpos
+    foot = jnp.stack([places[bodies[0]] - places[1] for bodies in model.feet])
+    touching = [jnp.zeros((), bool) for _ in model.feet]
+    force = [jnp.zeros(3) for _ in model.feet]
+    num = sum(_num_rows(model, each) for each in model.ground)
+    start = now.solution.force.shape[0] - num
+    for contacts, touches in zip(model.ground, now.touches, strict=True):
+        end = start + _num_rows(model, contacts)
+        pushes = _pushes(model, contacts, touches, now.solution.force[start:end])
+        start = end
+        for leg, bodies in enumerate(model.feet):
+            own = np.flatnonzero(np.isin(contacts.body, bodies))
+            if own.size:
+                touching[leg] |= jnp.any(touches.touching[own])
+                force[leg] += pushes[own].sum(0)
+    return Report(jnp.stack(touching), jnp.stack(force), now.torque, foot)
+
+
+def _num_rows(model: MujocoModel, contacts: GroundContacts) -> int:
+    edges = contacts.dim > 1 and int(model.mujoco.opt.cone) == _PYRAMIDAL
+    return len(contacts.geom) * (2 * (contacts.dim - 1) if edges else contacts.dim)
+
+
+def _pushes(
+    model: MujocoModel, contacts: GroundContacts, touches: Touches, force: Float[Array, " row"]
+) -> Float[Array, "point 3"]:
+    """Returns the ground's force on each point, world axes, N."""
+    num, axes = len(contacts.geom), min(contacts.dim, 3) - 1  # of friction along the ground
+    each = force.reshape(num, -1)
+    if contacts.dim > 1 and int(model.mujoco.opt.cone) == _PYRAMIDAL:
+        # The edges of a pyramid lean to either side, by friction's coefficient.
+        edges = each.reshape(num, -1, 2)
+        friction = jnp.asarray(contacts.friction[:, :axes], force.dtype)
+        if touches.under.friction is not None:
+            friction = friction * touches.under.friction[:, None]
+        along = friction * (edges[:, :axes, 0] - edges[:, :axes, 1])
+        each = jnp.concatenate([edges.sum((1, 2))[:, None], along], axis=1)
+    return jnp.einsum("pa,pax->px", each[:, : axes + 1], touches.frame[:, : axes + 1])
