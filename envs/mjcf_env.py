@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -68,6 +68,12 @@ class MjcfEnv(LeggedEnv):
       forbidden: names of bodies that must not touch the ground; a walker of which one does has
         fallen.
     """
+
+    START_DEPARTURES: ClassVar = {
+        # In what it walks at, were its legs pendulums: the square root of gravity times height.
+        "tipping_forward": 0.07,  # ours: as `Planar7`'s push
+        "tipping_sideways": 0.03,  # ours: twice `Flame`'s push; none in the plane
+    }
 
     body: str = dataclasses.field(repr=False)
     terrain: Any = SerpentineWalk()
@@ -226,7 +232,10 @@ class MjcfEnv(LeggedEnv):
         return self.stance.time
 
     def start(self, given: Trial, /) -> State:
-        """Returns a walker at rest, its lowest points as deep as its weight presses them."""
+        """Returns a walker whose lowest points are as deep as its weight presses them.
+
+        It is at rest, or tips about its soles as the trial's start says.
+        """
         stance, root = self.stance, self.anatomy.root
         depth = self.weight / (int(stance.touching.sum()) * self.contact.stiffness)
         zero = jnp.zeros(())
@@ -238,14 +247,15 @@ class MjcfEnv(LeggedEnv):
             motors=len(self.anatomy.motors),
             watches=bool(self.forbidden),
         )
+        qvel = self._tipping(given.start)
         return State(
             qpos=qpos,
-            qvel=jnp.zeros(len(stance.qpos)),
+            qvel=qvel,
             stretch=jnp.zeros(points if root.is_planar else (points, 2)),
             touching=jnp.asarray(stance.touching),
             ankle_x=jnp.asarray(stance.ankle_x),
             trial=TrialState.begin(),
-            own=Own(tally, law.begin(self, qpos) if self._is_mujocos else None),
+            own=Own(tally, law.begin(self, qpos, qvel) if self._is_mujocos else None),
         )
 
     def sense(self, state: State, /) -> BodyObservation:
@@ -341,6 +351,20 @@ class MjcfEnv(LeggedEnv):
             for end in ("lower", "upper")
         )
         return Action(nothing, jnp.clip(centre + asked, lower, upper), stiffness, damping)
+
+    def _tipping(self, draws: Float[Array, " departure"] | None) -> Float[Array, " coordinate"]:
+        """Returns the velocities of a start by its draws from -1 to 1; at rest without."""
+        qvel = jnp.zeros(len(self.stance.qpos))
+        if draws is None:
+            return qvel
+        root, pace = self.anatomy.root, self.stance.height / self.stance.time
+        forward, sideways = (pace * most for most in self.START_DEPARTURES.values())
+        lean = forward * draws[0]
+        qvel = qvel.at[root.forward].set(lean).at[root.pitch].set(lean / self.stance.height)
+        if root.sideways is None:
+            return qvel
+        lean = sideways * draws[1]
+        return qvel.at[root.sideways].set(lean).at[root.roll].set(-lean / self.stance.height)
 
     def _standing(self, state: State) -> Bool[Array, " leg"]:
         anatomy = self.anatomy

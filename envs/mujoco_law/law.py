@@ -31,9 +31,11 @@ def model_of(env: Any) -> MujocoModel:
     return mujoco_model.of_text(env.body, env.solver, env.timestep)
 
 
-def begin(env: Any, qpos: Float[Array, " coordinate"]) -> MujocoState:
-    """Returns what MuJoCo carries of a body at rest."""
-    return mujoco_step.begin(model_of(env), Coordinates(qpos, jnp.zeros_like(qpos)))
+def begin(
+    env: Any, qpos: Float[Array, " coordinate"], qvel: Float[Array, " coordinate"]
+) -> MujocoState:
+    """Returns what MuJoCo carries of a body at the start of a trial."""
+    return mujoco_step.begin(model_of(env), Coordinates(qpos, qvel))
 
 
 def step(
