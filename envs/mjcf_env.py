@@ -4,9 +4,10 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from mjxwalk.envs import body_heights, checks, dynamics, edge, floating, trial
 from mjxwalk.envs.anatomy import Anatomy
@@ -27,7 +28,9 @@ from mjxwalk.envs.own_laws import Forbidden
 from mjxwalk.envs.state import State
 from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.trees import Instant
-from mjxwalk.envs.trial import Trial, TrialState
+from mjxwalk.envs.trial import Trial, Trials, TrialState
+
+START = 0x73746172  # folded into the key of the random ground
 
 
 class Own(NamedTuple):
@@ -65,6 +68,7 @@ class MjcfEnv(LeggedEnv):
       max_yaw: of the torso, rad; beyond it the walker has fallen.
       joint_stop: law of the joints' limits.
       terms: what a walker is worth.
+      perturbation: of the starts of trials, as a share of `START_DEPARTURES`.
       forbidden: names of bodies that must not touch the ground; a walker of which one does has
         fallen.
     """
@@ -88,6 +92,7 @@ class MjcfEnv(LeggedEnv):
     acting: Literal["target", "torque"] = "target"
     gains: Literal["derived", "file"] = "derived"
     terms: FitnessTerms = FitnessTerms()
+    perturbation: float = 0.0
     forbidden: tuple[str, ...] = ()
     timestep: float = 0.001  # ours
     min_height: float = 0.75  # ours: a lower one lets crouchers win
@@ -101,6 +106,7 @@ class MjcfEnv(LeggedEnv):
     max_time: float = 30.0  # ours
 
     def __post_init__(self) -> None:
+        checks.not_negative(self, "perturbation")
         checks.positive(self, "min_height", "max_pitch", "max_roll", "max_yaw")
         for name, known in (
             ("contact_law", ("points", "mujoco")),
@@ -134,6 +140,15 @@ class MjcfEnv(LeggedEnv):
         """
         derived = defaults.of_text(text, contact_law=settings.get("contact_law", "points"))
         return cls(body=text, **{**derived, **settings})
+
+    def equipped(self, key: PRNGKeyArray, trials: Trials) -> Trials:
+        """Returns trials with what the settings add to the random ground; see `LeggedEnv`."""
+        trials = super().equipped(key, trials)
+        if not self.perturbation:
+            return trials
+        shape = (trials.num, len(self.START_DEPARTURES))
+        draws = jax.random.uniform(jax.random.fold_in(key, START), shape, minval=-1.0, maxval=1.0)
+        return trials._replace(start=self.perturbation * draws)
 
     @edge.takes_arrays
     def step(self, state: State, action: Any, given: Trial) -> State:

@@ -69,6 +69,8 @@ def override(settings: T, path: str, text: str, *, root: str = "") -> T:
     if name not in names:
         raise RunError(f"unknown setting {here}{near(name, names)}")
     value = getattr(settings, name)
+    if rest and value is None:
+        value = _begun(settings, name)
     if not rest:
         if dataclasses.is_dataclass(value):
             inside = ", ".join(f"{here}.{n}" for n in _field_names(value))
@@ -79,6 +81,14 @@ def override(settings: T, path: str, text: str, *, root: str = "") -> T:
     if not dataclasses.is_dataclass(value):
         raise RunError(f"{here} is a single setting and has no {rest!r} inside")
     return _rebuild(settings, {name: override(value, rest, text, root=here)}, root)
+
+
+def _begun(settings: object, name: str) -> object:
+    """Returns a group of settings that is null so far with its usual values, None if it is none."""
+    for part in get_args(_annotation(settings, name)):
+        if dataclasses.is_dataclass(part):
+            return cast("Any", part)()
+    return None
 
 
 def _override_option(settings: T, name: str, text: str, root: str) -> T:

@@ -8,6 +8,7 @@ import toy
 
 from mjxwalk.errors import RunError
 from mjxwalk.experiments import get
+from mjxwalk.experiments.ramp import RoughnessRamp
 from mjxwalk.settings import from_data, override, to_data
 
 TOY = toy.Toy()
@@ -27,6 +28,18 @@ def test_nested_settings_keep_their_class() -> None:
     assert changed == dataclasses.replace(
         TOY, env=dataclasses.replace(TOY.env, terrain=toy.Ground(roughness=0.5))
     )
+
+
+def test_a_group_that_is_null_begins_with_its_usual_values() -> None:
+    walk = get("walk")
+    assert walk.ramp is None
+    changed = override(override(walk, "ramp.start", "0.0005"), "ramp.distance", "3")
+    assert changed.ramp == RoughnessRamp(start=0.0005, distance=3.0)
+    assert from_data(walk, to_data(changed)) == changed
+    with pytest.raises(RunError, match="unknown setting ramp.strat; did you mean start"):
+        override(walk, "ramp.strat", "1")
+    with pytest.raises(RunError, match="single setting and has no 'x' inside"):
+        override(walk, "restart_after.x", "1")
 
 
 @pytest.mark.parametrize(

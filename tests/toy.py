@@ -117,7 +117,7 @@ class Toy:
         """Returns how far the hidden point moves in generation 1."""
         return self.env.terrain.roughness
 
-    def next_roughness(self, roughness: float, fitness: Any) -> float:
+    def next_roughness(self, roughness: float, distance: Any) -> float:
         """Returns how far it moves next."""
         return roughness
 

@@ -67,8 +67,8 @@ class Evolvable(Protocol):
         """Returns the roughness of generation 1, m."""
         ...
 
-    def next_roughness(self, roughness: float, fitness: Float[np.ndarray, " pop"]) -> float:
-        """Returns the roughness of the generation after one of that roughness and fitness, m."""
+    def next_roughness(self, roughness: float, distance: Float[np.ndarray, " pop"]) -> float:
+        """Returns the roughness of the generation after one of that roughness and distance, m."""
         ...
 
     def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Any:

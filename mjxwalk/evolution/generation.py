@@ -196,7 +196,8 @@ class Evolution:
             elites=state.elites.push(elite, fitness[best], generation),
             reached=np.asarray(passed is not None),
             roughness=np.asarray(
-                experiment.next_roughness(float(state.roughness), fitness), np.float64
+                experiment.next_roughness(float(state.roughness), over_terrains(outcome.distance)),
+                np.float64,
             ),
         )
         evaluate_s = evaluating_done - asking_done - (self._evaluator.compile_s - compiled)

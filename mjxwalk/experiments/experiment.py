@@ -184,11 +184,11 @@ class Experiment:
         """Returns the roughness of generation 1, m."""
         return self._roughness if self.ramp is None else self.ramp.start
 
-    def next_roughness(self, roughness: float, fitness: Float[np.ndarray, " pop"]) -> float:
-        """Returns the roughness of the generation after one of that roughness and fitness, m."""
+    def next_roughness(self, roughness: float, distance: Float[np.ndarray, " pop"]) -> float:
+        """Returns the roughness of the generation after one of that roughness and distance, m."""
         if self.ramp is None:
             return roughness
-        return self.ramp.after(roughness, fitness, self._roughness)
+        return self.ramp.after(roughness, distance, self._roughness)
 
     @property
     def _roughness(self) -> float:

@@ -17,10 +17,10 @@ class RoughnessRamp:
     Attributes:
       start: roughness in generation 1, m; below the environment's own, or above it.
       factor: by which it nears that after a good generation.
-      distance: that the fittest fifth of a good generation walk on average, m.
+      distance: that the farthest fifth of a good generation walk on average, m.
     """
 
-    start: float
+    start: float = 0.001  # ours
     factor: float = 1.03
     distance: float = 0.0
 
@@ -30,15 +30,15 @@ class RoughnessRamp:
         if not self.factor > 1:
             raise ValueError(f"factor must be above 1, got {self.factor}")
 
-    def after(self, roughness: float, fitness: Any, end: float) -> float:
+    def after(self, roughness: float, distance: Any, end: float) -> float:
         """Returns the roughness of the next generation, m.
 
         Args:
           roughness: of this one, m.
-          fitness: of its walkers, m; NaN counts as nothing walked.
+          distance: that its walkers came, m; NaN counts as nothing walked.
           end: roughness of the environment's own terrain, m.
         """
-        walked = np.sort(np.nan_to_num(np.asarray(fitness, np.float64), nan=0.0))
+        walked = np.sort(np.nan_to_num(np.asarray(distance, np.float64), nan=0.0))
         good = walked[-max(1, round(GOOD_SHARE * walked.size)) :]
         if good.mean() < self.distance:
             return roughness

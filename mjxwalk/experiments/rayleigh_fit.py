@@ -165,9 +165,9 @@ class RayleighFit:
         """Returns 0: there is no ground."""
         return 0.0
 
-    def next_roughness(self, roughness: float, fitness: Float[np.ndarray, " pop"]) -> float:
+    def next_roughness(self, roughness: float, distance: Float[np.ndarray, " pop"]) -> float:
         """Returns 0: there is no ground."""
-        del roughness, fitness
+        del roughness, distance
         return 0.0
 
     def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Trials:

@@ -95,8 +95,8 @@ def test_the_ground_is_as_rough_as_the_walkers_before_have_earned() -> None:
     asked: list[float] = []  # without a roughness it is only to be compiled
 
     class Earned(toy.Toy):
-        def next_roughness(self, roughness: float, fitness: Any) -> float:
-            return roughness + float(np.median(fitness))
+        def next_roughness(self, roughness: float, distance: Any) -> float:
+            return roughness + float(np.median(distance))
 
         def sample_trials(self, key: Any, num: int, roughness: float | None = None) -> Any:
             asked.extend([roughness] if roughness is not None else [])
@@ -106,6 +106,7 @@ def test_the_ground_is_as_rough_as_the_walkers_before_have_earned() -> None:
     evolution = Evolution(experiment, toy.ToyEvaluator(experiment, "auto"))
     first, _ = evolution.advance(evolution.start(1))
     second, _ = evolution.advance(first)
-    expected = experiment.env.terrain.roughness + float(np.median(first.fitness))
-    assert asked == [experiment.env.terrain.roughness, expected]
-    assert second.roughness == expected + float(np.median(second.fitness))
+    # The toy's distance is its fitness and ten.
+    expected = experiment.env.terrain.roughness + 10.0 + float(np.median(first.fitness))
+    assert asked == pytest.approx([experiment.env.terrain.roughness, expected])
+    assert second.roughness == pytest.approx(expected + 10.0 + float(np.median(second.fitness)))
