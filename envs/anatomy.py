@@ -203,7 +203,7 @@ class Anatomy(NamedTuple):
     @property
     def driven(self) -> Int[np.ndarray, " motor"]:
         """Places of the coordinates that have a motor."""
-        return np.array([motor.coordinate for motor in self.motors], int)
+        return np.array([motor.coordinate for motor in self.motors], np.int32)
 
     @property
     def first_joint(self) -> Int[np.ndarray, " coordinate"]:

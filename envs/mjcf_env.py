@@ -219,7 +219,7 @@ class MjcfEnv(LeggedEnv):
         )
         if not stiffness.any() and not damping.any():
             return None
-        return Sprung(np.arange(len(rest)), Springs(stiffness, rest, damping))
+        return Sprung(np.arange(len(rest), dtype=np.int32), Springs(stiffness, rest, damping))
 
     @property
     def friction(self) -> Float[np.ndarray, " joint"] | None:

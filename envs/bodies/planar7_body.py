@@ -175,7 +175,7 @@ def compile_body(text: str, masses: Masses) -> dynamics.Model:
 def springs(text: str) -> Sprung | None:
     """Returns the passive springs and dampers of the six joints."""
     found = body_legs.springs(_file_model(text), [[joint] for joint in range(3, 9)])
-    return None if found is None else Sprung(np.arange(6), found)
+    return None if found is None else Sprung(np.arange(6, dtype=np.int32), found)
 
 
 @functools.cache

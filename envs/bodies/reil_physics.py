@@ -134,7 +134,7 @@ class ReilPhysics(LeggedEnv):
         stiffness = [self.hip_roll_stiffness, 0.0, self.ankle_stiffness]
         damping = [self.hip_roll_damping, self.knee_damping, self.ankle_damping]
         columns = (np.array(part * 2, np.float32) for part in (stiffness, rest, damping))
-        return Sprung(np.array([0, 2, 3, 4, 6, 7]), motor.Springs(*columns))
+        return Sprung(np.array([0, 2, 3, 4, 6, 7], np.int32), motor.Springs(*columns))
 
     def scaled_action(self, values: Float[Array, " motor"], /) -> HipTargets:
         """Returns desired angles of numbers from -1 to 1, one for each hip."""

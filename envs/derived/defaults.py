@@ -18,7 +18,7 @@ STEP = 0.011  # of the physics
 SPEED = 0.28  # that is wanted
 LEAST_SPEED = 0.14  # below which a walker falls behind
 MOST_LAG = 2.0  # heights that it may fall behind
-FLIGHT = 0.3  # without ground contact
+FLIGHT = 0.12  # without ground contact; with more, walkers hop at push-off
 # What a second at the wanted speed is worth, beside 1 for not falling, and costs: sideways, and by
 # a cost of transport of 1.
 DISTANCE_WORTH, DRIFT_COST, WORK_COST = 0.44, 0.26, 0.09
