@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
-from mjxwalk.envs import body_heights, checks, dynamics, edge, floating, trial
+from mjxwalk.envs import body_heights, checks, dynamics, edge, motor, observation, trial
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import SoftContact
 from mjxwalk.envs.derived import anatomy as mjcf_anatomy
@@ -275,30 +275,11 @@ class MjcfEnv(LeggedEnv):
 
     def sense(self, state: State, /) -> BodyObservation:
         """Returns what the walker senses."""
-        root = self.anatomy.root
-        if root.is_planar:
-            pitch = state.qpos[root.pitch]
-            sine, cosine = jnp.sin(pitch), jnp.cos(pitch)
-            x, z = state.qvel[:2]
-            up = jnp.stack([-sine, cosine])
-            turning = state.qvel[root.pitch : root.num]
-            velocity = jnp.stack([cosine * x - sine * z, sine * x + cosine * z])
-            heading = jnp.zeros(0)
-        else:
-            axes = floating.rotation(state.qpos[3:6])
-            up, velocity = axes[2], state.qvel[:3] @ axes
-            turning = floating.spin(state.qpos[3:6], state.qvel[3:6])
-            heading = state.qpos[3:4]
-        return BodyObservation(
-            time=state.trial.num_steps * self.timestep,
-            up=up,
-            turning=turning,
-            velocity=velocity,
-            heading=heading,
-            angle=state.qpos[root.num :],
-            rate=state.qvel[root.num :],
+        return observation.of_body(
+            state,
+            self.anatomy.root,
             contact=self._standing(state),
-            ankle_x=state.ankle_x,
+            time=state.trial.num_steps * self.timestep,
         )
 
     def own_laws(self) -> dict[str, tuple[Any, ...]]:
@@ -351,21 +332,7 @@ class MjcfEnv(LeggedEnv):
 
     def scaled_action(self, values: Float[Array, " motor"], /) -> Action:
         """Returns the action of numbers from -1 to 1, one for each motor."""
-        motors = self.anatomy.motors
-        strength, centre, damping, stiffness = (
-            jnp.asarray(np.array([getattr(each, name) for each in motors], np.float32))
-            for name in ("strength", "centre", "damping", "stiffness")
-        )
-        asked = strength * jnp.clip(values, -1.0, 1.0)
-        nothing = jnp.zeros_like(values)
-        if self.acting == "torque":
-            return Action(asked, nothing, nothing, damping)
-        ends = [self.anatomy.coordinates[each.coordinate] for each in motors]
-        lower, upper = (
-            np.array([getattr(each, end) for each in ends], np.float32)
-            for end in ("lower", "upper")
-        )
-        return Action(nothing, jnp.clip(centre + asked, lower, upper), stiffness, damping)
+        return motor.scaled(self.anatomy, values, acting=self.acting)
 
     def _tipping(self, draws: Float[Array, " departure"] | None) -> Float[Array, " coordinate"]:
         """Returns the velocities of a start by its draws from -1 to 1; at rest without."""

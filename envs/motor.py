@@ -1,10 +1,12 @@
 """What a controller asks of a body's motors, what they give, and what joints do by themselves."""
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
+
+from mjxwalk.envs.anatomy import Anatomy
 
 # rad/s; ours: slower joints feel their friction as a damper, so that a joint at rest has none
 FRICTION_RATE = 0.1
@@ -121,6 +123,32 @@ def given(
         return gave
     asked = torque(action, angle, before, ahead=ahead)
     return jnp.where(_beyond(asked, limits), _within(asked, limits), gave)
+
+
+def scaled(
+    anatomy: Anatomy, values: Float[Array, " motor"], *, acting: Literal["target", "torque"]
+) -> Action:
+    """Returns the action that numbers from -1 to 1 stand for.
+
+    Args:
+      anatomy: whose motors say what 0 and 1 are.
+      values: one for each motor; beyond -1 and 1 they count as these.
+      acting: whether they are targets of joints, within their limits, or torques.
+    """
+    motors, coordinates = anatomy.motors, anatomy.coordinates
+    strength, centre, damping, stiffness = (
+        jnp.asarray(np.array([getattr(each, name) for each in motors], np.float32))
+        for name in ("strength", "centre", "damping", "stiffness")
+    )
+    asked = strength * jnp.clip(values, -1.0, 1.0)
+    nothing = jnp.zeros_like(values)
+    if acting == "torque":
+        return Action(asked, nothing, nothing, damping)
+    ends = [coordinates[each.coordinate] for each in motors]
+    lower, upper = (
+        np.array([getattr(each, end) for each in ends], np.float32) for end in ("lower", "upper")
+    )
+    return Action(nothing, jnp.clip(centre + asked, lower, upper), stiffness, damping)
 
 
 def sprung(

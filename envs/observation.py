@@ -1,8 +1,13 @@
 """What walkers sense, by name; the anatomy's senses give units and order."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
+
+from mjxwalk.envs import floating
+from mjxwalk.envs.anatomy import Root
+from mjxwalk.envs.state import State
 
 
 class BodyObservation(NamedTuple):
@@ -29,6 +34,43 @@ class BodyObservation(NamedTuple):
     rate: Float[Array, " joint"]
     contact: Bool[Array, " leg"]
     ankle_x: Float[Array, " leg"]
+
+
+def of_body(
+    state: State, root: Root, *, contact: Bool[Array, " leg"], time: Any
+) -> BodyObservation:
+    """Returns what a walker of any body senses.
+
+    Args:
+      state: of the walker.
+      root: of its body.
+      contact: whether each foot touches the ground.
+      time: since the start, s.
+    """
+    if root.is_planar:
+        pitch = state.qpos[root.pitch]
+        sine, cosine = jnp.sin(pitch), jnp.cos(pitch)
+        x, z = state.qvel[:2]
+        up = jnp.stack([-sine, cosine])
+        turning = state.qvel[root.pitch : root.num]
+        velocity = jnp.stack([cosine * x - sine * z, sine * x + cosine * z])
+        heading = jnp.zeros(0)
+    else:
+        axes = floating.rotation(state.qpos[3:6])
+        up, velocity = axes[2], state.qvel[:3] @ axes
+        turning = floating.spin(state.qpos[3:6], state.qvel[3:6])
+        heading = state.qpos[3:4]
+    return BodyObservation(
+        time=time,
+        up=up,
+        turning=turning,
+        velocity=velocity,
+        heading=heading,
+        angle=state.qpos[root.num :],
+        rate=state.qvel[root.num :],
+        contact=contact,
+        ankle_x=state.ankle_x,
+    )
 
 
 class PlanarObservation(NamedTuple):

@@ -163,7 +163,9 @@ def springs(text: str, roll: tuple[float, float]) -> Sprung:
     joints = np.flatnonzero(
         (stiffness != 0.0) | (damping != 0.0) | np.isin(range(len(moved)), rolls)
     )
-    return Sprung(joints.astype(np.int32), Springs(stiffness[joints], rest[joints], damping[joints]))
+    return Sprung(
+        joints.astype(np.int32), Springs(stiffness[joints], rest[joints], damping[joints])
+    )
 
 
 @functools.cache

@@ -17,8 +17,9 @@ from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.anatomy import HINGE, SLIDE, Side, side_of
 from mjxwalk.envs.derived import legs as mjcf_legs
 from mjxwalk.envs.derived import points as mjcf_points
+from mjxwalk.envs.derived import roots
 from mjxwalk.envs.derived import source as mjcf_source
-from mjxwalk.envs.derived.source import BALL, FREE, Pose, joints_of, kind_of
+from mjxwalk.envs.derived.source import BALL, Pose, joints_of
 
 SLIDES = (("root_x", (1, 0, 0)), ("root_y", (0, 1, 0)), ("root_z", (0, 0, 1)))
 TURNS = (("root_yaw", (0, 0, 1)), ("root_pitch", (0, 1, 0)), ("root_roll", (1, 0, 0)))
@@ -87,9 +88,8 @@ def of_text(text: str) -> FileTree:
     """
     pose = mjcf_source.start(text)
     model = pose.model
-    _check_world(model)
-    planar = _is_planar(model)
-    _check_gravity(model)
+    roots.check(model)
+    planar = roots.is_planar(model)
     legs = mjcf_legs.find(pose)
     height = float(pose.data.xpos[1][2]) - min(
         point[2] for geom in range(model.ngeom) for point in mjcf_points.of_geom(pose, geom)
@@ -116,64 +116,6 @@ def friction(text: str) -> float:
     tree = of_text(text)
     model = tree.source.model
     return min(mjcf_points.friction_of(model, list(leg.foot)) for leg in tree.legs)
-
-
-def _check_world(model: Any) -> None:
-    if model.nbody < 2:
-        raise ValueError("the file has no body; add one to <worldbody>")
-    for body in range(2, model.nbody):
-        if not int(model.body_parentid[body]):
-            raise ValueError(
-                f"body {model.body(body).name} lies beside {model.body(1).name}; remove it"
-            )
-        for joint in joints_of(model, body):
-            if int(model.jnt_type[joint]) == FREE:
-                raise ValueError(
-                    f"body {model.body(body).name} has a free joint inside the tree; remove it"
-                )
-
-
-def _check_gravity(model: Any) -> None:
-    if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY):
-        raise ValueError("a <flag> disables gravity, without which nothing walks; remove it")
-    gravity = model.opt.gravity
-    if np.any(np.abs(gravity[:2]) > 1e-6) or not np.isclose(gravity[2], -9.81, atol=0.02):
-        x, y, z = gravity
-        raise ValueError(
-            f"gravity is {x:g} {y:g} {z:g} m/s^2, and here it is 0 0 -9.81; change the <option>"
-        )
-
-
-def _is_planar(model: Any) -> bool:
-    """Returns whether the root moves in the plane of x and z, or raises ValueError."""
-    joints = joints_of(model, 1)
-    kinds = [kind_of(model, joint) for joint in joints]
-    if kinds == ["free"] or sorted(kinds) in (
-        ["hinge"] * 3 + ["slide"] * 3,
-        ["ball"] + ["slide"] * 3,
-    ):
-        return False
-    slides = [model.jnt_axis[joint] for joint in joints if kind_of(model, joint) == "slide"]
-    hinges = [model.jnt_axis[joint] for joint in joints if kind_of(model, joint) == "hinge"]
-    flat = sorted(kinds) == ["hinge", "slide", "slide"] and (
-        all(abs(axis[1]) < 1e-6 for axis in slides) and abs(hinges[0][1]) > 0.999
-    )
-    if flat:
-        return True
-    name = model.body(1).name or "number 1"
-    raise ValueError(
-        f"body {name} {_moves(kinds)}; the first body of a walker needs a <freejoint/>, or slides "
-        "along x and z and a hinge about y to walk in the plane"
-    )
-
-
-def _moves(kinds: list[str]) -> str:
-    """Returns how joints of these kinds let a root move."""
-    if sorted(kinds) == ["hinge", "slide", "slide"]:
-        return "moves in another plane than that of x and z"
-    nums = [(kind, kinds.count(kind)) for kind in sorted(set(kinds), reverse=True)]
-    words = [f"one {kind}" if num == 1 else f"{num} {kind}s" for kind, num in nums]
-    return f"moves by {' and '.join(words)} alone" if words else "is fixed to the world"
 
 
 def _turned(

@@ -3,12 +3,12 @@
 from typing import Any
 
 import jax.numpy as jnp
-import mujoco
 import numpy as np
 import pytest
 
 from mjxwalk import robots
 from mjxwalk.envs import MjcfEnv
+from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.mjcf import reader
 
 
