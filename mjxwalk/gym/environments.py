@@ -1,6 +1,7 @@
 """The walking task for gymnasium, one walker or many at once."""
 
 import functools
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -12,21 +13,21 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 
 from mjxwalk import forking
 from mjxwalk.envs import BODIES
+from mjxwalk.gym import bodies
 from mjxwalk.gym.mjx_env import MjxEnv, State
 
 DEFAULT = next(iter(BODIES))
 RENDER_SIZE = (480, 360)
 
 
-def make_task(body: str, env: Any) -> MjxEnv:
-    """Returns the task of a body by name, or of an environment of ours with settings of its own.
+def make_task(body: str | Path | None, env: Any) -> MjxEnv:
+    """Returns the task of a body by name or file, or of an environment with settings of its own.
 
     Raises:
-      ValueError: there is no such body.
+      ValueError: there is no such body, or its file is refused.
+      RunError: the body is a run whose settings cannot be read.
     """
-    if body not in BODIES:
-        raise ValueError(f"body must be one of {', '.join(BODIES)}, got {body!r}")
-    return MjxEnv(BODIES[body]() if env is None else env)
+    return MjxEnv(bodies.make(body) if env is None else env)
 
 
 @functools.lru_cache(maxsize=8)
@@ -60,26 +61,35 @@ def as_actions(actions: Any, shape: tuple[int, ...]) -> Any:
 
 
 class WalkerEnv(gymnasium.Env[Any, Any]):
-    """One walker; every reset gives it a new terrain. The return is the distance, m."""
+    """One walker; every reset gives it a new terrain. The return is what it is worth.
+
+    That is the distance, m, or what the terms of a body of a file come to.
+    """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 100}
 
     def __init__(
-        self, body: str = DEFAULT, env: Any = None, render_mode: str | None = None
+        self,
+        body: str | Path | None = DEFAULT,
+        env: Any = None,
+        render_mode: str | None = None,
     ) -> None:
         """Makes the environment.
 
         Args:
-          body: one of `mjxwalk.envs.BODIES`.
-          env: one of these with other settings, such as a rougher terrain; None for the usual.
+          body: one of `mjxwalk.envs.BODIES`, a body that ships, an MJCF or URDF file, or a run's
+            folder for its body, ground and rules.
+          env: a body with other settings, such as a rougher terrain, in place of the usual one.
           render_mode: "rgb_array" or None.
 
         Raises:
-          ValueError: there is no such body or mode.
+          ValueError: there is no such body or mode, or the body's file is refused.
+          RunError: the body is a run whose settings cannot be read.
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f"render_mode must be rgb_array or None, got {render_mode!r}")
         self.task = make_task(body, env)
+        self.metadata = {**type(self).metadata, "render_fps": round(1.0 / self.task.dt)}
         self.render_mode = render_mode
         self.observation_space, self.action_space = _spaces(self.task)
         self._reset, self._step = _compiled(self.task.env)
@@ -145,7 +155,7 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
     def __init__(
         self,
         num_envs: int = 1,
-        body: str = DEFAULT,
+        body: str | Path | None = DEFAULT,
         env: Any = None,
         num_terrains: int = 64,
         render_mode: str | None = None,
@@ -160,7 +170,8 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
           render_mode: None, as many cannot be drawn.
 
         Raises:
-          ValueError: there is no such body or mode, or a number is below 1.
+          ValueError: there is no such body or mode, its file is refused, or a number is below 1.
+          RunError: the body is a run whose settings cannot be read.
         """
         if min(num_envs, num_terrains) < 1:
             raise ValueError(

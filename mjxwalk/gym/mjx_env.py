@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from mjxwalk.envs import BODIES, LeggedEnv, Trials
+from mjxwalk.envs import BODIES, BodyObservation, LeggedEnv, MjcfEnv, Trials
 
 CONTROL_SECONDS = 0.01  # ours: a hundred decisions a second, as is usual for walking robots
 RATE_SCALE = 0.1  # of rates in an observation, s/rad; ours
@@ -22,7 +22,8 @@ class State(NamedTuple):
     Attributes:
       data: state of our body; its trial comes along in `info`.
       obs: what the policy sees.
-      reward: of the last step, m: how much farther the hip is.
+      reward: of the last step: how much farther the hip is, m, or how much more a walker of a
+        file's body is worth.
       done: 1.0 if the trial is over, else 0.0.
       metrics: figures to log.
       info: all else; "trials" are those that walkers share, "key" is a random key.
@@ -43,7 +44,8 @@ class State(NamedTuple):
 class MjxEnv:
     """A body that is to walk as far as it can, by actions from -1 to 1.
 
-    The sum of all rewards is the distance that we evolve walkers for.
+    The sum of all rewards is the distance that we evolve walkers for; of a body of a file, which
+    has fitness terms, what these come to.
     """
 
     def __init__(self, env: Any = None, *, ctrl_dt: float = CONTROL_SECONDS):
@@ -105,7 +107,7 @@ class MjxEnv:
         return state.replace(
             data=data,
             obs=self.observe(data),
-            reward=data.qpos[0] - state.data.qpos[0],
+            reward=self._worth(data) - self._worth(state.data),
             done=data.trial.done.astype(jnp.float32),
             metrics=state.metrics | metrics,
         )
@@ -113,10 +115,13 @@ class MjxEnv:
     def observe(self, data: Any) -> Float[Array, " obs"]:
         """Returns angles, scaled rates, velocity of the hip, contacts, and where the ankles are.
 
-        Neither the time nor the place, so that what is learned holds for ever and everywhere.
+        Neither the time nor the place, so that what is learned holds for ever and everywhere. Of a
+        body of a file, all fields of its `BodyObservation` but the time, in their order.
         """
         slides = self.env.anatomy.root.num_slides
         seen = self.env.observe(data)
+        if isinstance(seen, BodyObservation):
+            return _of_body(seen)
         return jnp.concatenate(
             [
                 data.qpos[slides:],
@@ -126,6 +131,10 @@ class MjxEnv:
                 seen.ankle_x,
             ]
         )
+
+    def _worth(self, data: Any) -> Float[Array, ""]:
+        """Returns what a walker is worth by now."""
+        return self.env.fitness(data) if isinstance(self.env, MjcfEnv) else data.qpos[0]
 
     @property
     def xml_path(self) -> str:
@@ -140,8 +149,7 @@ class MjxEnv:
     @property
     def observation_size(self) -> int:
         """Numbers that the policy sees."""
-        anatomy = self.env.anatomy
-        return 2 * len(anatomy.coordinates) - anatomy.root.num_slides + 2 * len(anatomy.legs)
+        return jax.eval_shape(self.reset, jax.random.key(0)).obs.size
 
     @property
     def mj_model(self) -> Any:
@@ -172,3 +180,8 @@ class MjxEnv:
     def unwrapped(self) -> "MjxEnv":
         """Itself."""
         return self
+
+
+def _of_body(seen: BodyObservation) -> Float[Array, " obs"]:
+    scaled = seen._replace(turning=RATE_SCALE * seen.turning, rate=RATE_SCALE * seen.rate)
+    return jnp.concatenate([part.astype(jnp.float32) for part in scaled[1:]])

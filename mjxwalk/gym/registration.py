@@ -2,7 +2,7 @@
 
 import importlib.util
 
-from mjxwalk.envs import BODIES
+from mjxwalk.gym import bodies
 
 
 def register() -> None:
@@ -11,8 +11,8 @@ def register() -> None:
         return
     import gymnasium
 
-    for body in BODIES:
-        name = f"mjxwalk/{body}-v0"
+    for title, body in bodies.tasks().items():
+        name = f"mjxwalk/{title}-v0"
         if name not in gymnasium.registry:
             gymnasium.register(
                 id=name,
