@@ -21,6 +21,10 @@ def remarks(tournament: Tournament) -> list[str]:
     if usual is None:
         return []
     apart = otherwise(tournament)
+    names = [each.name for each in tournament.conditions if each is not usual]
+    same = [name for name in names if name not in apart]
+    if usual.fall_rate == 1.0 and not apart:
+        return [f"falls in every trial, after {usual.distance_mean_m:.1f} m as evolved"]
     found: list[str] = []
     steps = [name for name in (HALF_STEP, PAPERS_STEP) if name in apart]
     if steps:
@@ -33,15 +37,16 @@ def remarks(tournament: Tournament) -> list[str]:
             f"the gait depends on its initial pose: falls {_outcome(usual)} from the usual one, "
             f"{_outcome(apart[PERTURBED])} from {PERTURBED}"
         )
-    names = [each.name for each in tournament.conditions if each is not usual]
-    same = [name for name in names if name not in apart]
     if same:
         found.append(f"walks alike at {', '.join(same)}")
     return found
 
 
 def otherwise(tournament: Tournament) -> dict[str, Condition]:
-    """Returns the conditions, by name, under which the gait is another than as it evolved."""
+    """Returns the conditions, by name, under which the gait is another than as it evolved.
+
+    Of a walker that always falls there is no gait that could be another.
+    """
     usual = tournament.condition(AS_EVOLVED)
     if usual is None:
         return {}
@@ -73,6 +78,8 @@ def percent(share: float) -> str:
 
 def _differ(usual: Condition, other: Condition) -> bool:
     low, high = sorted((usual, other), key=lambda each: each.fall_rate)
+    if low.fall_rate == 1.0:
+        return False
     farther = abs(other.distance_mean_m - usual.distance_mean_m)
     return high.fall_rate_low > low.fall_rate_high + MARGIN or farther > DISTANCE_MARGIN * abs(
         usual.distance_mean_m

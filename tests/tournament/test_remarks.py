@@ -75,6 +75,14 @@ def test_falls_that_chance_explains_are_no_difference(falls: int) -> None:
     assert remarking.remarks(held(*conditions)) == ["walks alike at half the time step"]
 
 
+def test_a_walker_that_always_falls_has_no_gait_that_could_be_another() -> None:
+    conditions = (condition(AS_EVOLVED, 1000), condition(HALF_STEP, 1000, distance_mean_m=60.0))
+    assert remarking.remarks(held(*conditions)) == ["falls in every trial, after 40.0 m as evolved"]
+    rises = (condition(AS_EVOLVED, 1000), condition(HALF_STEP, 10))
+    (remark,) = remarking.remarks(held(*rises))
+    assert "artefact of its time step: falls 100.0 % (40.0 m) as evolved, 1.0 %" in remark
+
+
 def test_who_stops_on_the_way_walks_otherwise_without_a_fall() -> None:
     stops = condition(PERTURBED, 2, distance_mean_m=30.0)
     (remark,) = remarking.remarks(held(condition(AS_EVOLVED, 2), stops))
