@@ -90,6 +90,12 @@ class FitnessTerms:
         if self.tracking and not self.speed:
             raise ValueError("tracking needs a speed above 0 to track, got speed 0")
 
+    def weights(self) -> dict[str, float]:
+        """Returns the weight of each term by its name."""
+        wanted = ("speed", "clear_height")  # what terms refer to, and no weights
+        names = [field.name for field in dataclasses.fields(self)]
+        return {name: getattr(self, name) for name in names if name not in wanted}
+
     def begin(self, *, legs: int, motors: int, watches: bool) -> Tally:
         """Returns what is counted at the start of a trial.
 

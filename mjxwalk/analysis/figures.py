@@ -22,11 +22,12 @@ NARROW = 0.08  # of all generations; ours: fewer have no room for a phase's name
 COLOURS = ("#1f4e8c", "#c2571a", "#3f7f3f", "#7a4a8c")  # of groups that are compared
 
 
-def fitness_over_phases(phases: Sequence[PhaseCurves]) -> Figure:
+def fitness_over_phases(phases: Sequence[PhaseCurves], *, unit: str = "m") -> Figure:
     """Returns Figure 4a: the fittest and the mean with their deviations, phase after phase.
 
     Args:
       phases: from `curves.average_phase`, in their order; an empty one takes no room.
+      unit: of the fitness; "" for none.
     """
     figure = Figure(figsize=(9, 4.5), layout="constrained")
     axis: Any = figure.subplots()
@@ -45,10 +46,23 @@ def fitness_over_phases(phases: Sequence[PhaseCurves]) -> Figure:
         axis.axvline(bound + 0.5, color="0.6", linewidth=0.8, linestyle=":")
     for centre, phase in centres:
         _name_phase(axis, centre, phase, is_narrow=len(phase) < NARROW * start)
-    axis.set(xlabel="generation", ylabel="fitness (m)", xlim=(0, max(start, 1)), ylim=(0, None))
+    axis.set(xlabel="generation", ylabel=fitness_label(unit), xlim=(0, max(start, 1)))
+    start_at_zero(axis, *(curve.mean for phase in phases for curve in (phase.best, phase.mean)))
     if centres:
         axis.legend(loc="lower right", frameon=False)
     return figure
+
+
+def fitness_label(unit: str) -> str:
+    """Returns what stands at an axis of fitness; a unit of "" is none."""
+    return f"fitness ({unit})" if unit else "fitness"
+
+
+def start_at_zero(axis: Any, *curves: Float[np.ndarray, " _"]) -> None:
+    """Lets the axis of values begin at zero, unless a value lies below it."""
+    known = np.concatenate([np.zeros(1), *curves])
+    if np.nanmin(known) >= 0.0:
+        axis.set_ylim(0, None)
 
 
 def _name_phase(axis: Any, centre: float, phase: PhaseCurves, *, is_narrow: bool) -> None:

@@ -19,10 +19,10 @@ FOLDER = "report"
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Report:
-    """Write one page on runs or studies, with the paper's numbers beside ours.
+    """Write one page on runs or studies, beside published numbers where there are some.
 
     The page is report.html, which needs no network; beside it is a CSV file for each table. Several
-    runs of one experiment are averaged, as the paper averages its own.
+    runs of one experiment are averaged.
 
     Attributes:
       run_folders: of runs or studies, finished or not.

@@ -1,6 +1,10 @@
-"""What walking costs and how often walkers fall: Table 4 of Solomon, Locascio & Hartmann (2013)."""
+"""What walking costs and how often walkers fall.
+
+Of bodies of the paper this is Table 4 of Solomon, Locascio & Hartmann (2013), beside its numbers.
+"""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from mjxwalk.analysis import paper, tables
 from mjxwalk.analysis.tables import Benchmark
@@ -13,11 +17,12 @@ from mjxwalk.report.parts import (
     RowGroup,
     Section,
     Table,
+    cells,
     percent,
     quoted,
     spread,
 )
-from mjxwalk.report.sources import Phase
+from mjxwalk.report.sources import Phase, is_paper
 
 
 def section(variants: Mapping[str, Sequence[Phase]]) -> Section:
@@ -34,7 +39,9 @@ def section(variants: Mapping[str, Sequence[Phase]]) -> Section:
         anchor="benchmarks",
         title="What walking costs, and how often they fall",
         texts=(text,),
-        parts=(_table(given, spatial=_is_spatial(variants)),) if given else (),
+        parts=(_of_paper(variants, given) if is_paper(variants) else _plain(given),)
+        if given
+        else (),
     )
 
 
@@ -55,25 +62,38 @@ def _is_spatial(variants: Mapping[str, Sequence[Phase]]) -> bool:
     return any(is_spatial(phase.experiment.env) for each in variants.values() for phase in each)
 
 
-def _table(given: Mapping[str, Sequence[Benchmark]], *, spatial: bool) -> Table:
+def _plain(given: Mapping[str, Sequence[Benchmark]]) -> Table:
     data = tables.table_4(given)
-    rows = [
-        Row(
-            str(name),
-            (
-                Cell(f"{row['runs']:.0f}"),
-                Cell(
-                    f"{percent(row['fall_rate'])} ({100 * row['fall_rate_low']:.1f} to "
-                    f"{100 * row['fall_rate_high']:.1f})"
-                ),
-                Cell(percent(row["lowest_fall_rate"])),
-                quoted(paper.FALL_RATE.get(str(name)), 1, scale=100, unit=" %"),
-                Cell(spread(row["cost_of_transport"], row["cost_of_transport_sd"], 3)),
-                quoted(paper.COST_OF_TRANSPORT.get(str(name)), 3),
-            ),
-        )
-        for name, row in data.iterrows()
-    ]
+    columns = ("winners", "falls (95 % interval)", "falls of the best winner", "cost of transport")
+    return Table(
+        name="benchmarks",
+        caption="Falls and cost of transport of the winners",
+        head="phase",
+        columns=tuple(map(Column, columns)),
+        groups=(RowGroup("", tuple(Row(str(n), _ours(row)) for n, row in data.iterrows())),),
+        data=data[[name for name in data if not str(name).startswith("paper")]].reset_index(),
+    )
+
+
+def _ours(row: Any) -> tuple[Cell, ...]:
+    falls = (
+        f"{percent(row['fall_rate'])} ({100 * row['fall_rate_low']:.1f} to "
+        f"{100 * row['fall_rate_high']:.1f})"
+    )
+    cost = spread(row["cost_of_transport"], row["cost_of_transport_sd"], 3)
+    return cells(f"{row['runs']:.0f}", falls, percent(row["lowest_fall_rate"]), cost)
+
+
+def _of_paper(
+    variants: Mapping[str, Sequence[Phase]], given: Mapping[str, Sequence[Benchmark]]
+) -> Table:
+    data, spatial = tables.table_4(given), _is_spatial(variants)
+    rows: list[Row] = []
+    for name, row in data.iterrows():
+        *falls, cost = _ours(row)
+        fall_rate = quoted(paper.FALL_RATE.get(str(name)), 1, scale=100, unit=" %")
+        papers_cost = quoted(paper.COST_OF_TRANSPORT.get(str(name)), 3)
+        rows.append(Row(str(name), (*falls, fall_rate, cost, papers_cost)))
     return Table(
         name="benchmarks" if spatial else "table-4",
         caption=f"{'' if spatial else 'Table 4. '}Falls and cost of transport of the winners",

@@ -22,14 +22,16 @@ from mjxwalk.report import (
 from mjxwalk.report.parts import Page, Section, count, number, percent
 from mjxwalk.report.sources import Phase, Source
 
-REFERENCES = (
+PAPER = (
     'The paper: Solomon, Locascio & Hartmann (2013), "Linear reactive control for efficient 2D and '
     '3D bipedal walking over rough terrain", Adaptive Behavior 21(1), doi '
     "10.1177/1059712312462904. The bodies of its tables cannot be had; what its text tells stands "
-    "here, and the rest is lost.",
+    "here, and the rest is lost."
+)
+ADULTS = (
     'Adults: Fukuchi, Fukuchi & Duarte (2018), "A public dataset of overground and treadmill '
     'walking kinematics and kinetics in healthy individuals", PeerJ 6:e4640, data at doi '
-    "10.6084/m9.figshare.5722711, CC BY 4.0.",
+    "10.6084/m9.figshare.5722711, CC BY 4.0."
 )
 
 
@@ -68,7 +70,7 @@ def build(
         sections = _sections(
             variants, asked, num_trials=num_trials, seed=seed, engine=engine, say=say
         )
-        references = REFERENCES
+        references = _references(asked, has_gaits=num_trials > 0)
     return Page(
         title=_title(read),
         lead=_lead(read, asked),
@@ -87,7 +89,7 @@ def _sections(
     engine: str,
     say: Callable[[str], None],
 ) -> tuple[Section, ...]:
-    """Returns what there is to tell of walkers of Solomon, Locascio & Hartmann.
+    """Returns what there is to tell of walkers, beside the paper's where they have its body.
 
     Args:
       variants: by phase, in their order.
@@ -105,20 +107,30 @@ def _sections(
         if num_trials
         else "Tables and figures of the gait were left out; --trials 100 makes them."
     )
-    replay = replayed.section(asked, found, seed=seed, say=say)
+    replay = replayed.section(asked, found, seed=seed, say=say) if num_trials else None
     return (
         *([replay] if replay else []),
         fitness.section(variants),
         winners.section(asked),
         benchmarks.section(asked),
-        links.section(asked),
+        *([links.section(asked)] if sources.is_paper(asked) else []),
         walking.section(found, why_not=why_not),
     )
 
 
+def _references(asked: Mapping[str, Sequence[Phase]], *, has_gaits: bool) -> tuple[str, ...]:
+    """Returns where the numbers of others on the page are from."""
+    if sources.is_paper(asked):
+        return (PAPER, ADULTS)
+    phases = [phase for given in asked.values() for phase in given]
+    return (ADULTS,) if has_gaits and any(map(recorded.is_beside_adults, phases)) else ()
+
+
 def _title(read: Sequence[Source]) -> str:
     names = list(dict.fromkeys(source.name for source in read))
-    return f"{' and '.join(names)}, {count(len(read), 'run')}"
+    first = read[0].phases[0]
+    body = "" if first.is_paper else first.body
+    return f"{' and '.join(names)}{f', {body}' if body else ''}, {count(len(read), 'run')}"
 
 
 def _lead(read: Sequence[Source], variants: Mapping[str, Sequence[Phase]]) -> tuple[str, ...]:

@@ -1,4 +1,7 @@
-"""Fitness over the generations: Figures 4a, 4b and 7 of Solomon, Locascio & Hartmann (2013)."""
+"""Fitness over the generations.
+
+Of bodies of the paper these are Figures 4a, 4b and 7 of Solomon, Locascio & Hartmann (2013).
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,6 +10,7 @@ import numpy as np
 
 from mjxwalk.analysis import curves, figures
 from mjxwalk.analysis.curves import Curve, PhaseCurves
+from mjxwalk.envs import FitnessTerms
 from mjxwalk.envs.anatomy import is_spatial
 from mjxwalk.report import drawing, quartiles
 from mjxwalk.report.parts import Picture, Section, count, frame, number
@@ -22,19 +26,36 @@ def section(variants: Mapping[str, Sequence[Phase]]) -> Section:
     chain = {name: phases for name, phases in variants.items() if name not in compared}
     parts = [over_phases(chain)]
     parts += [_compared(name, variants) for name in compared]
-    spread = quartiles.picture(variants)
+    lasts = [phases[-1] for phases in variants.values()]
+    spread = quartiles.picture(variants, unit=unit(lasts[-1]))
     if spread is not None:
         parts.append(spread)
-    text = (
-        "Fitness is the distance walked before a fall or the end of the effort that a trial may "
-        "cost, on new ground in each generation; so it goes up and down by the luck of the ground."
-    )
+    text = f"Fitness is {_meaning(lasts[-1])}, on new ground in each generation; so it goes up and "
     return Section(
         anchor="fitness",
         title="Fitness over the generations",
-        texts=(text,),
+        texts=(f"{text}down by the luck of the ground.",),
         parts=tuple(parts),
     )
+
+
+def unit(phase: Phase) -> str:
+    """Returns the unit of a phase's fitness; "" where it is a sum of several terms."""
+    return "m" if _terms(phase) is None else ""
+
+
+def _terms(phase: Phase) -> FitnessTerms | None:
+    return getattr(getattr(phase.experiment, "env", None), "terms", None)
+
+
+def _meaning(phase: Phase) -> str:
+    """Returns what a phase's fitness is, in words."""
+    terms = _terms(phase)
+    if terms is None:
+        return "the distance walked before a fall or the end of the effort that a trial may cost"
+    weights = ", ".join(f"{name} {weight:g}" for name, weight in terms.weights().items() if weight)
+    speed = f", at a wanted speed of {terms.speed:g} m/s" if terms.speed else ""
+    return f"the sum of weighted terms until the trial ends ({weights}{speed})"
 
 
 def prunes(phase: Phase) -> bool:
@@ -47,7 +68,8 @@ def over_phases(chain: Mapping[str, Sequence[Phase]], *, figure: str = "") -> Pi
 
     Args:
       chain: the runs of each phase, in their order.
-      figure: its number in the paper; "" for that of Solomon, Locascio & Hartmann.
+      figure: its number in the paper; "" for that of Solomon, Locascio & Hartmann, and for none of
+        other bodies.
     """
     last = list(chain.values())[-1][0]
     drawn: list[PhaseCurves] = []
@@ -61,17 +83,21 @@ def over_phases(chain: Mapping[str, Sequence[Phase]], *, figure: str = "") -> Pi
                 f"{1 / factor:.3g} times as much."
             )
         added = _curves(name, phases, factor)
-        data += _numbers(added, factor)
+        data += _numbers(added, factor, unit(last))
         drawn += added
-    alt = "; ".join(_told(phase) for phase in drawn if len(phase))
+    alt = "; ".join(_told(phase, unit(last)) for phase in drawn if len(phase))
     alt = f"Two curves over the generations. {alt}."
     num = max(map(len, chain.values()))
-    figure = figure or ("7" if is_spatial(last.experiment.env) else "4a")
-    told = [f"Figure {figure}. Fitness of the fittest and mean fitness, {_averaged(num)}."]
+    if not figure and last.is_paper:
+        figure = "7" if is_spatial(last.experiment.env) else "4a"
+    name = f"figure-{figure}" if figure else "fitness"
+    title = f"Figure {figure}. " if figure else ""
+    told = [f"{title}Fitness of the fittest and mean fitness, {_averaged(num)}."]
+    drawing_of = figures.fitness_over_phases(drawn, unit=unit(last))
     return Picture(
-        name=f"figure-{figure}",
+        name=name,
         caption=" ".join([*told, *factors, *_ends(chain)]),
-        svg=drawing.inline(figures.fitness_over_phases(drawn), name=f"figure-{figure}", alt=alt),
+        svg=drawing.inline(drawing_of, name=name, alt=alt),
         data=frame(data),
     )
 
@@ -79,7 +105,8 @@ def over_phases(chain: Mapping[str, Sequence[Phase]], *, figure: str = "") -> Pi
 def _compared(name: str, variants: Mapping[str, Sequence[Phase]]) -> Picture:
     names = (name, COUNTERPARTS[name])
     drawn = [curve for each in names for curve in _curves(each, variants[each], 1.0)]
-    alt = f"Four curves over the generations. {'; '.join(_told(phase) for phase in drawn)}."
+    told = "; ".join(_told(phase, "m") for phase in drawn)
+    alt = f"Four curves over the generations. {told}."
     return Picture(
         name="figure-4b",
         caption=(
@@ -88,7 +115,7 @@ def _compared(name: str, variants: Mapping[str, Sequence[Phase]]) -> Picture:
             f"{count(len(variants[names[1]]), 'run')}."
         ),
         svg=drawing.inline(figures.fitness_of_groups(drawn), name="figure-4b", alt=alt),
-        data=frame(_numbers(drawn, 1.0)),
+        data=frame(_numbers(drawn, 1.0, "m")),
     )
 
 
@@ -139,17 +166,18 @@ def _averaged(num_runs: int) -> str:
     return f"averages over {count(num_runs, 'run')} with their standard deviations as bands"
 
 
-def _told(phase: PhaseCurves) -> str:
+def _told(phase: PhaseCurves, unit: str) -> str:
     """Returns what a phase's curves show, in words."""
     text = [f"{phase.name}, {count(len(phase), 'generation')}"]
+    end = f" {unit}" if unit else ""
     for name, curve in (("the fittest", phase.best), ("the mean", phase.mean)):
         known = curve.mean[np.isfinite(curve.mean)]
         if known.size:
-            text.append(f"{name} from {number(known[0], 1)} to {number(known[-1], 1)} m")
+            text.append(f"{name} from {number(known[0], 1)} to {number(known[-1], 1)}{end}")
     return ", ".join(text)
 
 
-def _numbers(drawn: Sequence[PhaseCurves], factor: float) -> list[dict[str, Any]]:
+def _numbers(drawn: Sequence[PhaseCurves], factor: float, unit: str) -> list[dict[str, Any]]:
     """Returns a row for each generation; in it fitness has been multiplied by the factor."""
     return [
         {
@@ -157,13 +185,14 @@ def _numbers(drawn: Sequence[PhaseCurves], factor: float) -> list[dict[str, Any]
             "generation": place + 1,
             "runs": phase.num_runs,
             "factor": factor,
-            **_of(phase.best, "fittest", place),
-            **_of(phase.mean, "mean", place),
+            **_of(phase.best, "fittest", place, unit),
+            **_of(phase.mean, "mean", place, unit),
         }
         for phase in drawn
         for place in range(len(phase))
     ]
 
 
-def _of(curve: Curve, name: str, place: int) -> dict[str, float]:
-    return {f"{name}_m": curve.mean[place], f"{name}_sd_m": curve.sd[place]}
+def _of(curve: Curve, name: str, place: int, unit: str) -> dict[str, float]:
+    end = f"_{unit}" if unit else ""
+    return {f"{name}{end}": curve.mean[place], f"{name}_sd{end}": curve.sd[place]}

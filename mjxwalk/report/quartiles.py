@@ -21,19 +21,21 @@ WIDTH, HEIGHT = 9.0, 2.9  # inches; of the figure, and of a phase's panel
 COLUMNS = 3
 
 
-def picture(variants: Mapping[str, Sequence[Phase]]) -> Picture | None:
+def picture(variants: Mapping[str, Sequence[Phase]], *, unit: str = "m") -> Picture | None:
     """Returns the figure of all phases with several runs; None where there is none.
 
     Args:
       variants: runs by phase.
+      unit: of the fitness; "" for none.
     """
+    end = f" {unit}" if unit else ""
     found = {name: quartiles(_series(phases)) for name, phases in variants.items() if phases[1:]}
     if not found:
         return None
     told = [
         f"{name}, {count(len(variants[name]), 'run')}: in the last generation of all "
-        f"{number(each[1, -1], 1)} m, quartiles {number(each[0, -1], 1)} and "
-        f"{number(each[2, -1], 1)} m"
+        f"{number(each[1, -1], 1)}{end}, quartiles {number(each[0, -1], 1)} and "
+        f"{number(each[2, -1], 1)}{end}"
         for name, each in found.items()
     ]
     return Picture(
@@ -42,8 +44,10 @@ def picture(variants: Mapping[str, Sequence[Phase]]) -> Picture | None:
             "Fitness of the fittest: median over the seeds, and between their quartiles. A run "
             "that has ended counts on with its last fitness."
         ),
-        svg=drawing.inline(_drawn(found), name=NAME, alt=f"A line in a band. {'; '.join(told)}."),
-        data=frame([row for name, each in found.items() for row in _rows(name, each)]),
+        svg=drawing.inline(
+            _drawn(found, unit), name=NAME, alt=f"A line in a band. {'; '.join(told)}."
+        ),
+        data=frame([row for name, each in found.items() for row in _rows(name, each, unit)]),
     )
 
 
@@ -65,7 +69,7 @@ def _series(phases: Sequence[Phase]) -> list[Float[np.ndarray, " _"]]:
     return [np.asarray(phase.run.metrics["best_fitness"], np.float64) for phase in phases]
 
 
-def _drawn(found: Mapping[str, Float[np.ndarray, "3 _"]]) -> Figure:
+def _drawn(found: Mapping[str, Float[np.ndarray, "3 _"]], unit: str) -> Figure:
     columns = min(COLUMNS, len(found))
     rows = -(-len(found) // columns)
     figure = Figure(figsize=(WIDTH, HEIGHT * rows), layout="constrained")
@@ -74,21 +78,23 @@ def _drawn(found: Mapping[str, Float[np.ndarray, "3 _"]]) -> Figure:
         generations = 1 + np.arange(len(middle))
         axis.fill_between(generations, low, high, color=figures.BEST, alpha=0.2, linewidth=0)
         axis.plot(generations, middle, color=figures.BEST, linewidth=1.4)
-        axis.set(xlabel="generation", ylabel="fitness (m)", ylim=(0, None))
+        axis.set(xlabel="generation", ylabel=figures.fitness_label(unit))
+        figures.start_at_zero(axis, low)
         axis.set_title(name, fontsize=10)
     for axis in axes[len(found) :]:
         axis.axis("off")
     return figure
 
 
-def _rows(name: str, each: Float[np.ndarray, "3 _"]) -> list[dict[str, Any]]:
+def _rows(name: str, each: Float[np.ndarray, "3 _"], unit: str) -> list[dict[str, Any]]:
+    end = f"_{unit}" if unit else ""
     return [
         {
             "phase": name,
             "generation": place + 1,
-            "lower_quartile_m": low,
-            "median_m": middle,
-            "upper_quartile_m": high,
+            f"lower_quartile{end}": low,
+            f"median{end}": middle,
+            f"upper_quartile{end}": high,
         }
         for place, (low, middle, high) in enumerate(each.T)
     ]

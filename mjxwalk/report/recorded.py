@@ -19,6 +19,7 @@ AT_ONCE = 50  # trials that are recorded together; ours: some 200 MB for 100 s
 LOOKED_AT = 10  # trials whose frames are searched for faults; ours: MuJoCo takes a second for each
 INTERVAL = 0.5  # s between stick figures; Solomon et al. (2013), Figure 5
 SECONDS = 8.0  # of stick figures; ours: as many as a page is wide
+ADULT_LEGS = (0.7, 1.2)  # m, from the root down; ours: shorter and longer ones walk otherwise
 CHOICE = 10  # terrains; ours: the stick figures are on the first of them without a fall
 # Folded into the seed's key, it leads away from all other keys.
 STICK_FIGURES = 0x73746963
@@ -50,6 +51,7 @@ class Recorded(NamedTuple):
       stick: the one that falls least.
       faults: of each in some trials, from `analysis.faults`; None of planar walkers.
       is_paper: whether they walk with a body of the paper.
+      is_beside_adults: whether adults' numbers say something of them.
     """
 
     labels: tuple[str, ...]
@@ -58,6 +60,13 @@ class Recorded(NamedTuple):
     stick: Stick
     faults: Frame | None
     is_paper: bool
+    is_beside_adults: bool = True
+
+
+def is_beside_adults(phase: Phase) -> bool:
+    """Returns whether a phase's body has two feet with roles, and legs about as long as adults'."""
+    length = getattr(phase.experiment.env, "leg_length", 0.0)
+    return can_be(phase) and ADULT_LEGS[0] <= length <= ADULT_LEGS[1]
 
 
 def can_be(phase: Phase) -> bool:
@@ -118,6 +127,7 @@ def _record(phases: Sequence[Phase], num_trials: int, seed: int, engine: str) ->
         stick=_stick(phases[best], seed, engine),
         faults=_faults(phases, seed, engine),
         is_paper=known.is_paper,
+        is_beside_adults=known.is_paper or is_beside_adults(phases[0]),
     )
 
 

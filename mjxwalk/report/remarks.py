@@ -9,6 +9,7 @@ from mjxwalk.analysis import paper
 from mjxwalk.report.parts import Remark
 from mjxwalk.report.provenance_section import state
 from mjxwalk.report.sources import Phase, Source, shown
+from mjxwalk.report.sources import is_paper as is_of_paper
 from mjxwalk.tournament import remarks
 from mjxwalk.tournament.results import (
     AS_EVOLVED,
@@ -47,12 +48,9 @@ def find(sources: Sequence[Source], variants: Mapping[str, Sequence[Phase]]) -> 
     ]
     found = [Remark(text, items) for text, items in told if items]
     if max(map(len, variants.values())) == 1:
-        found.append(
-            Remark(
-                "One run of each phase: nothing here tells how much runs differ. "
-                f"The paper averages {paper.RUNS}."
-            )
-        )
+        one = "One run of each phase: nothing here tells how much runs differ."
+        is_paper = is_of_paper(variants)
+        found.append(Remark(f"{one} The paper averages {paper.RUNS}." if is_paper else one))
     return found
 
 

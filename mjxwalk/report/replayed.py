@@ -21,21 +21,24 @@ def section(
     seed: int,
     say: Callable[[str], None],
 ) -> Section | None:
-    """Returns the replay of the winner that falls least; None where none was recorded.
+    """Returns the replay of the winner that falls least; None where there is no winner.
 
     Args:
-      variants: by phase, in their order; the last that was recorded is shown.
+      variants: by phase, in their order; the last that was recorded is shown, of bodies that cannot
+        be recorded the first run of the last.
       recorded: by phase; which of its winners falls least stands in it.
       seed: of the terrain.
       say: is told what begins.
     """
-    names = [name for name in variants if name in recorded]
+    names = [name for name in variants if name in recorded] or list(variants)
     if not names:
         return None
     name = names[-1]
     say(f"recording a replay of {name}")
-    label = recorded[name].stick.label
-    phase = next(each for each in variants[name] if each.label == label)
+    phase = variants[name][0]
+    if name in recorded:
+        label = recorded[name].stick.label
+        phase = next(each for each in variants[name] if each.label == label)
     show, series = recording.perform(_shown(phase), Take(terrain_seed=seed, seconds=SECONDS))
     return Section(
         anchor="replay",

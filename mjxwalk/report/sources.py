@@ -1,11 +1,13 @@
 """What a report is about: runs and studies, read from their folders; imports JAX."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from mjxwalk import runs, settings, shell, terminal, tournament, walkers
+from mjxwalk.analysis import roles
+from mjxwalk.envs.anatomy import anatomy_of
 from mjxwalk.errors import RunError
 from mjxwalk.experiments import study_config
 from mjxwalk.experiments.study_config import StudyConfig
@@ -53,6 +55,18 @@ class Phase:
     def is_finished(self) -> bool:
         """Whether it came to its end."""
         return self.run.result is not None
+
+    @property
+    def is_paper(self) -> bool:
+        """Whether its walkers have a body of Solomon, Locascio & Hartmann (2013)."""
+        known = roles.roles_of(getattr(self.experiment, "env", None))
+        return known is not None and known.is_paper
+
+    @property
+    def body(self) -> str:
+        """Name of the body, as text to show; "" of an experiment without one."""
+        known = anatomy_of(getattr(self.experiment, "env", None))
+        return "" if known is None else terminal.one_line(known.name)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -143,10 +157,15 @@ def _read_phase(path: Path, *, is_between: bool = False) -> Phase:
     )
 
 
+def is_paper(variants: Mapping[str, Sequence[Phase]]) -> bool:
+    """Returns whether any of the runs, by phase, has a body of Solomon, Locascio & Hartmann."""
+    return any(phase.is_paper for phases in variants.values() for phase in phases)
+
+
 def _check_bodies(sources: Sequence[Source]) -> None:
     first = sources[0].phases[0]
     for phase in (phase for source in sources for phase in source.phases):
-        bodies = [type(each.experiment.env).__name__ for each in (first, phase)]
+        bodies = [each.body or type(each.experiment.env).__name__ for each in (first, phase)]
         if bodies[0] != bodies[1]:
             raise RunError(
                 f"{first.label} walks with the body {bodies[0]} and {phase.label} with "
@@ -173,6 +192,11 @@ def _check_same(first: Phase, other: Phase) -> None:
     )
     for path in dict.fromkeys([*one, *two]):
         values = [each.get(path, "nothing") for each in (one, two)]
+        if values[0] != values[1] and path.endswith("env.body"):
+            raise RunError(
+                f"{first.label} and {other.label} cannot be averaged: their bodies differ, though "
+                f"both are called {first.body}; report on them apart"
+            )
         if values[0] != values[1]:
             raise RunError(
                 f"{first.label} and {other.label} cannot be averaged: {path} is {values[0]} in the "

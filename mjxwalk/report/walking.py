@@ -1,4 +1,8 @@
-"""How the winners walk: Table 5, Figures 5, 6 and 8 of Solomon, Locascio & Hartmann (2013)."""
+"""How the winners walk: gaits, stick figures and angles of bodies with two feet.
+
+Of bodies of the paper these are Table 5 and Figures 5, 6 and 8 of Solomon, Locascio & Hartmann
+(2013), beside its numbers.
+"""
 
 from collections.abc import Mapping
 
@@ -47,6 +51,8 @@ SIGNS = (
     "The torso that leans forward, hips and knees that bend and ankles that lift the toe count as "
     "positive; 0 is the pose in which the file has the joints."
 )
+PAPER = Column("paper")  # columns of numbers that are published
+ADULTS, ADULTS_IN_PAPER = Column("adults, measured", "human"), Column("as in the paper", "human")
 IN_PAPER = ("speed_m_s", "step_length_m", "double_stance")  # what its table had
 
 
@@ -81,34 +87,41 @@ def _table(recorded: Mapping[str, Recorded]) -> Table:
     gaits = {name: each.gaits for name, each in recorded.items()}
     data = tables.table_5(gaits)
     is_paper = any(each.is_paper for each in recorded.values())
+    others = _others(recorded)
     rows = [
-        Row(title, _line(data, name, list(gaits), is_paper=is_paper))
+        Row(title, (*_ours(data, name, list(gaits)), *_quoted(name, list(gaits), others)))
         for name, (title, _) in PLACES.items()
     ]
-    stance = paper.HUMAN_IN_PAPER["double_stance"]
-    basis = "; ".join(f"{name}: {_basis(each)}" for name, each in gaits.items())
     in_table_5 = not any(_is_spatial(each) or not each.is_paper for each in recorded.values())
-    papers = (Column("paper"),) if is_paper else ()
-    people = (Column("adults, measured", "human"), Column("as in the paper", "human"))
     return Table(
         name="table-5" if in_table_5 else "gaits",
         caption="Table 5. Gaits of the winners" if in_table_5 else "Gaits of the winners",
         head="figure",
-        columns=(
-            *(Column(name, "ours") for name in gaits),
-            *papers,
-            *(people if is_paper else people[:1]),
-        ),
+        columns=(*(Column(name, "ours" if is_paper else "") for name in gaits), *others),
         groups=(RowGroup("", tuple(rows)),),
-        data=data.reset_index(),
-        note=(
-            f"Without a fall, {basis}. The paper's numbers are lost; it calls speed and step "
-            "length those of a slightly brisk human, and double stance notably briefer than a "
-            f"human's. Adults: {paper.FUKUCHI}; in the paper: {stance.source}."
-            if is_paper
-            else f"Without a fall, {basis}. Adults, of a human's size and weight: {paper.FUKUCHI}."
-        ),
+        data=(data if others else data.loc[list(gaits)]).reset_index(),
+        note=_note(recorded),
     )
+
+
+def _others(recorded: Mapping[str, Recorded]) -> tuple[Column, ...]:
+    """Returns the columns of numbers that are published."""
+    if any(each.is_paper for each in recorded.values()):
+        return (PAPER, ADULTS, ADULTS_IN_PAPER)
+    return (ADULTS,) if any(each.is_beside_adults for each in recorded.values()) else ()
+
+
+def _note(recorded: Mapping[str, Recorded]) -> str:
+    others = _others(recorded)
+    told = "; ".join(f"{name}: {_basis(each.gaits)}" for name, each in recorded.items())
+    told = f"Without a fall, {told}."
+    if PAPER in others:
+        return (
+            f"{told} The paper's numbers are lost; it calls speed and step length those of a "
+            "slightly brisk human, and double stance notably briefer than a human's. Adults: "
+            f"{paper.FUKUCHI}; in the paper: {paper.HUMAN_IN_PAPER['double_stance'].source}."
+        )
+    return f"{told} Adults, of a human's size and weight: {paper.FUKUCHI}." if others else told
 
 
 def _faults(recorded: Mapping[str, Recorded]) -> Table:
@@ -150,23 +163,30 @@ def _is_spatial(recorded: Recorded) -> bool:
     return recorded.faults is not None
 
 
-def _line(data: Frame, name: str, variants: list[str], *, is_paper: bool) -> tuple[Cell, ...]:
-    places = PLACES[name][1]
-    scale = 100 if name == "double_stance" else 1
-    ours = [
+def _ours(data: Frame, name: str, variants: list[str]) -> tuple[Cell, ...]:
+    places, scale = PLACES[name][1], _scale(name)
+    return tuple(
         Cell(
             spread(scale * data.loc[variant, name], scale * data.loc[variant, f"{name}_sd"], places)
         )
         for variant in variants
-    ]
-    papers = any(variant in paper.VARIANTS for variant in variants) and name in IN_PAPER
-    human = [
-        quoted(source.get(name), places, scale=scale)
-        for source in (paper.HUMAN, paper.HUMAN_IN_PAPER)
-    ]
-    if not is_paper:
-        return (*ours, human[0])
-    return (*ours, Cell(LOST if papers else NOTHING, is_quoted=True), *human)
+    )
+
+
+def _quoted(name: str, variants: list[str], others: tuple[Column, ...]) -> tuple[Cell, ...]:
+    """Returns what is published of a figure, a cell for each of the columns."""
+    is_lost = any(variant in paper.VARIANTS for variant in variants) and name in IN_PAPER
+    places, scale = PLACES[name][1], _scale(name)
+    known = {
+        PAPER: Cell(LOST if is_lost else NOTHING, is_quoted=True),
+        ADULTS: quoted(paper.HUMAN.get(name), places, scale=scale),
+        ADULTS_IN_PAPER: quoted(paper.HUMAN_IN_PAPER.get(name), places, scale=scale),
+    }
+    return tuple(known[column] for column in others)
+
+
+def _scale(name: str) -> int:
+    return 100 if name == "double_stance" else 1
 
 
 def _basis(gaits: tuple[Gait, ...]) -> str:
