@@ -18,14 +18,14 @@ class Footfalls(NamedTuple):
 
     Attributes:
       time: s.
-      contact: whether each foot touches the ground, left and right, without chatter.
+      contact: whether each foot touches the ground, without chatter; left and right of two.
       ankle_x: where each ankle is, m.
-      left_stance: whether the left leg is the stance leg.
+      left_stance: of two, whether the left leg is the stance leg; of more, never.
     """
 
     time: Float[np.ndarray, " frame"]
-    contact: Bool[np.ndarray, "frame 2"]
-    ankle_x: Float[np.ndarray, "frame 2"]
+    contact: Bool[np.ndarray, "frame leg"]
+    ankle_x: Float[np.ndarray, "frame leg"]
     left_stance: Bool[np.ndarray, " frame"]
 
 
@@ -54,7 +54,9 @@ def find_footfalls(
         time = recording.time[:num, walker].astype(np.float64)
         ankle_x = (hip_x + observations.ankle_x)[:num, walker].astype(np.float64)
         contact = debounced(observations.contact[:num, walker], time, shortest)
-        found.append(Footfalls(time, contact, ankle_x, stance_leg(contact, ankle_x)))
+        has_two = contact.shape[1] == 2
+        left = stance_leg(contact, ankle_x) if has_two else np.zeros(len(time), bool)
+        found.append(Footfalls(time, contact, ankle_x, left))
     return found
 
 

@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import tempfile
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -130,7 +131,10 @@ def _write_mp4(
         ffmpeg_log_level="error",
     )
     with contextlib.closing(writer):
-        writer.send(None)
+        with warnings.catch_warnings():
+            # The library forks to start ffmpeg at once, which needs none of JAX's threads.
+            warnings.filterwarnings("ignore", message=r".*os\.fork\(\)|.*use of fork\(\)")
+            writer.send(None)
         for picture in pictures:
             writer.send(np.ascontiguousarray(picture))
 
