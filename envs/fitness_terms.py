@@ -8,6 +8,18 @@ from jaxtyping import Array, Bool, Float
 
 from mjxwalk.envs import checks
 
+# Terms that count against a walker, and what each counts.
+COSTS = {
+    "tracking": "how far the speed is from what is wanted",
+    "drift": "the way sideways",
+    "work": "the work of the motors",
+    "torque": "the torque of the motors",
+    "upright": "how far the torso tilts",
+    "heading": "how far the torso turns away",
+    "symmetry": "how much longer one foot stands than another",
+    "action_rate": "how far what is asked of the motors moves",
+}
+
 
 class Seen(NamedTuple):
     """What a step shows that terms count.
@@ -61,7 +73,7 @@ class FitnessTerms:
       drift: of a metre sideways at the end.
       work: of the joints' work, of a weight lifted as high as the root stands.
       torque: of the motors' torque times time, of a weight times the root's height for a second.
-      upright: of a second with the torso level.
+      upright: of a second with the torso on its side; one less the cosine of its tilt counts.
       heading: of a second turned by a radian.
       clearance: of a second with a foot in the air at `clear_height`; higher counts no more.
       clear_height: of a foot in the air, that is wanted, m.
@@ -87,6 +99,12 @@ class FitnessTerms:
         checks.not_negative(self, "speed")
         checks.positive(self, "clear_height")
         checks.finite(self, *[field.name for field in dataclasses.fields(self)])
+        for name, meaning in COSTS.items():
+            if getattr(self, name) > 0.0:
+                raise ValueError(
+                    f"{name} must be 0 or negative, as it counts {meaning}, got "
+                    f"{getattr(self, name):g}"
+                )
         if self.tracking and not self.speed:
             raise ValueError("tracking needs a speed above 0 to track, got speed 0")
 

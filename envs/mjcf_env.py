@@ -117,6 +117,10 @@ class MjcfEnv(LeggedEnv):
                 raise ValueError(
                     f'{name} must be "{known[0]}" or "{known[1]}", got "{getattr(self, name)}"'
                 )
+        if self.min_height >= 1.0:
+            raise ValueError(
+                f"min_height must be below 1, at which trials start, got {self.min_height:g}"
+            )
         super().__post_init__()
         _ = self.stance  # refuses a file that is no body
         names = [str(self.model.mujoco.body(body).name) for body in range(self.model.mujoco.nbody)]

@@ -19,6 +19,9 @@ class Interrupted(Exception):
 def near(name: str, names: Iterable[str]) -> str:
     """Returns the end of a sentence about a wrong name: the names closest to it, else all."""
     known = sorted(names)
+    alike = {each.lower(): each for each in known}
+    if name.lower() in alike:
+        return f"; did you mean {alike[name.lower()]}?"
     close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     if close:
         return f"; did you mean {' or '.join(close)}?"

@@ -173,6 +173,10 @@ def _words(annotation: Any) -> str:
         return f"one of {', '.join(str(value) for value in get_args(annotation))}"
     if get_origin(annotation) in (Union, types.UnionType):
         return " or ".join(_words(part) for part in get_args(annotation))
+    if get_origin(annotation) in (tuple, list):
+        return 'a list such as ["name"]' if str in get_args(annotation) else "a list such as [1, 2]"
+    if get_origin(annotation) in (dict, Mapping):
+        return 'a table such as {"name": 1}'
     return words.get(annotation) or f"a {getattr(annotation, '__name__', annotation)}"
 
 

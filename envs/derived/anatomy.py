@@ -60,7 +60,7 @@ def stance(text: str, angles: tuple[tuple[str, float], ...] = ()) -> Stance:
     """Returns how a body stands: as its file says, but for some joints by name.
 
     Raises:
-      ValueError: the engines cannot move it, or it has no joint of a name.
+      ValueError: the engines cannot move it, or it has no joint of a name, or not that far.
     """
     tree = file_tree.of_text(text)
     model = tree.hinged.mujoco
@@ -72,7 +72,14 @@ def stance(text: str, angles: tuple[tuple[str, float], ...] = ()) -> Stance:
     for name, angle in angles:
         if name not in names:
             raise ValueError(f"the body has no joint {name}; it has {', '.join(names)}")
-        data.qpos[root.num + names.index(name)] = angle
+        joint = root.num + names.index(name)
+        lowest, highest = model.jnt_range[joint]
+        if model.jnt_limited[joint] and not lowest <= angle <= highest:
+            raise ValueError(
+                f"joint {name} turns from {lowest:.3g} to {highest:.3g}, and is to start at "
+                f"{angle:g}"
+            )
+        data.qpos[joint] = angle
     mujoco.mj_kinematics(model, data)
     points = [point for foot in tree.points for point in foot]
     low = np.array([data.site(each.name).xpos[2] - each.radius for each in points])

@@ -171,6 +171,8 @@ def _assignments(asked: EvolveArguments) -> list[tuple[str, str]]:
     for path, _ in given:
         if path.endswith("env.body"):
             raise RunError("env.body goes with settings that belong to it; use --body FILE")
+        if "controller.layout" in path:
+            raise RunError(f"{path} is no setting: it follows from the body; leave it")
     return given
 
 

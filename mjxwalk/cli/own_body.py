@@ -17,13 +17,21 @@ def check(path: Path) -> None:
     Raises:
       RunError: there is none.
     """
-    if not path.exists() and str(path) not in robots.names():
+    if _is_shipped(path):
+        return
+    if not path.exists():
         raise RunError(
-            f"--body {path} does not exist{near(str(path), robots.names())}; a body is an MJCF or "
-            "URDF file, a run with a body of its own, or the name of one that ships"
+            f"--body {path} does not exist; a body is an MJCF or URDF file, a run with a body of "
+            f"its own, or the name of one that ships{near(str(path), robots.names())}"
         )
     if path.is_dir() and not (path / config.FILE).is_file():
         raise RunError(f"--body {path} is a folder, and no run; name an MJCF file, or a run")
+
+
+def _is_shipped(path: Path) -> bool:
+    """Returns whether a name means a body that ships: files and runs of that name come first."""
+    is_there = (path / config.FILE).is_file() if path.is_dir() else path.exists()
+    return str(path) in robots.names() and not is_there
 
 
 def read(path: Path) -> str:
@@ -51,18 +59,19 @@ def put(experiment: Any, path: Path) -> Any:
     """
     from mjxwalk.envs import MjcfEnv
     from mjxwalk.envs.mjcf import reader
-    from mjxwalk.experiments import own_body
+    from mjxwalk.experiments import ANY_BODY, own_body
 
-    is_shipped = not path.exists()
-    file = robots.path(str(path)) if is_shipped else path
+    takes_any = isinstance(getattr(experiment, "env", None), MjcfEnv)
+    file = robots.path(str(path)) if _is_shipped(path) else path
     try:
         # Our own bodies' experiments take a file to the letter; others take what it comes to.
-        if file.is_dir() or not isinstance(getattr(experiment, "env", None), MjcfEnv):
+        if file.is_dir() or not takes_any:
             return own_body.with_body(experiment, read(file))
         read(file)  # refuses pipes, devices and what is no text, which MuJoCo would wait for
         found = reader.read(file)
     except ValueError as error:
-        raise RunError(f"{path}: {error}") from None
+        other = "" if takes_any else f"; {experiment.name} takes few bodies, and {ANY_BODY} any"
+        raise RunError(f"{path}: {error}{other}") from None
     try:
         changed = own_body.with_body(experiment, found.text)
     except ValueError as error:

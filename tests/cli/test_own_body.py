@@ -30,7 +30,10 @@ def in_new_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("args", "complaint"),
     [
-        (["--body", "no.xml"], "--body no.xml does not exist; known are"),
+        (
+            ["--body", "no.xml"],
+            "--body no.xml does not exist; a body is an MJCF or URDF file, a run",
+        ),
         (["--body", "."], "--body . is a folder, and no run"),
         (["--body", "text.xml"], "text.xml: line 1: it is no XML"),
         (["--body", "bytes.xml"], "--body bytes.xml is no text"),

@@ -1,0 +1,158 @@
+"""Tests of what `mjxwalk evolve --body` makes of its arguments; nothing is evolved."""
+
+import dataclasses
+import functools
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mjxwalk import robots, runs
+from mjxwalk.cli import main
+from mjxwalk.cli.choosing import choose_run
+from mjxwalk.cli.evolve import Evolve
+from mjxwalk.cli.parsing import parse
+from mjxwalk.envs import FitnessTerms, MjcfEnv
+from mjxwalk.envs.fitness_terms import COSTS
+from mjxwalk.errors import RunError
+from mjxwalk.experiments import repeating, run_config
+
+TOY = Path(__file__).parents[1] / "toys/toy_biped.xml"
+GAINS = {"distance": 2.0, "alive": 0.5, "clearance": 0.5}
+WEIGHTS = {**GAINS, **dict.fromkeys(COSTS, -0.25)}
+
+
+def chosen(*words: str) -> run_config.Config:
+    """Returns the settings that a command would evolve with."""
+    asked = parse("mjxwalk evolve", Evolve, words)
+    asked.check()
+    return choose_run(asked)[0]
+
+
+@functools.cache
+def usual() -> Any:
+    """Returns the experiment of the toy as it comes."""
+    return chosen("--body", str(TOY)).experiment
+
+
+@pytest.mark.parametrize("name", robots.names())
+def test_every_body_that_ships_makes_a_run_that_reads_back(name: str, tmp_path: Path) -> None:
+    made = chosen("--body", name)
+    env = made.experiment.env
+    assert isinstance(env, MjcfEnv) and len(env.anatomy.legs) == 2
+    (tmp_path / "config.json").write_bytes(run_config.text(made))
+    assert run_config.read(tmp_path) == made
+
+
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [
+        ("h11", "h1"),
+        ("berkeley", "berkeley_humanoid"),
+        ("walker", "walker2d"),
+        ("planar", "planar7"),
+        ("H1", "h1.$"),
+    ],
+)
+def test_a_wrong_name_is_answered_with_the_nearest(name: str, near: str) -> None:
+    with pytest.raises(RunError, match=rf"--body {name} does not exist; .* did you mean .*{near}"):
+        chosen("--body", name)
+
+
+def test_a_body_that_ships_is_found_beside_a_folder_of_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("walker2d").mkdir()
+    assert chosen("--body", "walker2d").experiment.env.anatomy.root.is_planar
+
+
+def test_a_contact_law_brings_its_time_step() -> None:
+    assert usual().env.contact_law == "points"
+    assert chosen("--body", str(TOY), "--contact", "points").experiment == usual()
+    env = chosen("--body", str(TOY), "--contact", "mujoco").experiment.env
+    assert env.contact_law == "mujoco"
+    assert env.timestep == 0.002  # MuJoCo's own, as the toy says none
+    with pytest.raises(RunError, match="planar-lpd has one contact law"):
+        chosen("planar-lpd", "--contact", "mujoco")
+
+
+@pytest.mark.parametrize("term", WEIGHTS)
+def test_a_terms_weight_is_set_from_the_command_line(term: str) -> None:
+    env = chosen("--body", str(TOY), "--set", f"env.terms.{term}={WEIGHTS[term]}").experiment.env
+    assert env.terms == dataclasses.replace(usual().env.terms, **{term: WEIGHTS[term]})
+
+
+def test_every_term_has_a_weight_and_costs_are_never_gains() -> None:
+    assert set(FitnessTerms().weights()) == set(WEIGHTS)
+    for term, meaning in COSTS.items():
+        with pytest.raises(
+            RunError, match=f"{term} must be 0 or negative, as it counts {meaning}, got 0.5"
+        ):
+            chosen("--body", str(TOY), "--set", f"env.terms.{term}=0.5")
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ("env.terms.speeed=1", "did you mean .*speed"),
+        ("env.terms.speed=fast", "env.terms.speed"),
+        ("env.terms.speed=-1", "env.terms: speed must be 0 or above"),
+        ("env.terms.alive=nan", "env.terms.alive must be a number from"),
+        ("env.push.direction=up", "must be one of any, forward, sideways, got 'up'"),
+        ("env.push.speed=nan", "env.push.speed must be a number from"),
+        ('env.forbidden=["head"]', "forbidden names head, and the body has trunk"),
+        ("env.forbidden=head", "env.forbidden must be a list such as .*, got 'head'"),
+        ("env.acting=angle", "env.acting must be one of target, torque, got 'angle'"),
+        ("env.contact_law=soft", "env.contact_law must be one of points, mujoco, got 'soft'"),
+        ('env.start_angles={"nose": 1}', "no joint nose; it has"),
+        (
+            'env.start_angles={"knee_left": 9}',
+            "knee_left turns from .* to .*, and is to start at 9",
+        ),
+        ("env.max_pitch=0", "max_pitch must be a number above 0"),
+        ("env.min_height=1", "min_height must be below 1, at which trials start, got 1"),
+        ("controller.moved=arms", "controller.moved must be one of legs, all, got 'arms'"),
+        ("controller.layout.time=2", "controller.layout.time is no setting"),
+    ],
+)
+def test_a_wrong_setting_is_one_sentence(
+    words: str, complaint: str, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    assert main(["evolve", "--body", str(TOY), "--set", words, "--out", str(run)]) == 2
+    (told,) = [line for line in capfd.readouterr().err.splitlines() if line.startswith("mjxwalk")]
+    assert re.search(complaint, told), told
+    assert not run.exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--contact", "mujoco", "--set", "env.solver.iterations=7"),
+        ("--set", "env.terms.upright=-2", "--set", "env.push.speed=0.3", "--generations", "4"),
+        ("--set", 'env.forbidden=["trunk"]', "--set", "env.course.slope.gradient=0.05"),
+    ],
+)
+def test_a_run_tells_the_command_that_makes_it_again(
+    words: tuple[str, ...], tmp_path: Path
+) -> None:
+    made = chosen("--body", str(TOY), *words)
+    (tmp_path / "config.json").write_bytes(run_config.text(made))
+    run: Any = runs.Run(
+        path=tmp_path,
+        config={"seed": 0, "origin": None},
+        manifest={},
+        metrics={},
+        generations=[],
+        generation=0,
+        damaged={},
+        arrays={},
+        result=None,
+        champion={},
+    )
+    program, command, *again = shlex.split(repeating.command(run, made.experiment))
+    assert (program, command) == ("mjxwalk", "evolve")
+    assert chosen(*again).experiment == made.experiment
