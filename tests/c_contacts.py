@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from mujoco_bodies import TEXTS
 
 from mjxwalk import robots
 from mjxwalk.envs._mujoco import mujoco
@@ -42,7 +43,9 @@ class Steps(NamedTuple):
 
 
 def text_of(name: str) -> str:
-    """Returns the MJCF of a body that ships, or of a file."""
+    """Returns the MJCF of a body that ships, of a file, or of one of `mujoco_bodies`."""
+    if name in TEXTS:
+        return TEXTS[name]
     path = robots.FOLDER / f"{name}.xml"
     return reader.read(path if path.exists() else Path(name)).text
 

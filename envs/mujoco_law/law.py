@@ -5,12 +5,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array, Float
 
+from mjxwalk.envs.dynamics import PointMass
 from mjxwalk.envs.mujoco_law import model as mujoco_model
 from mjxwalk.envs.mujoco_law import step as mujoco_step
 from mjxwalk.envs.mujoco_law.coordinates import Coordinates
 from mjxwalk.envs.mujoco_law.ground import Under
 from mjxwalk.envs.mujoco_law.model import MujocoModel
-from mjxwalk.envs.mujoco_law.step import MujocoState, Report
+from mjxwalk.envs.mujoco_law.report import Report
+from mjxwalk.envs.mujoco_law.step import TORSO, Burden, MujocoState
 from mjxwalk.envs.state import State
 from mjxwalk.envs.trial import Trial
 
@@ -19,14 +21,8 @@ def model_of(env: Any) -> MujocoModel:
     """Returns the model of an environment's body.
 
     Raises:
-      ValueError: MJX cannot compute its contacts or constraints, or it is pushed or loaded.
+      ValueError: MJX cannot compute its contacts or constraints.
     """
-    for name in ("push", "payload"):
-        if getattr(env, name):
-            raise ValueError(
-                f'{name} must be none where contact_law is "mujoco", which does not know it; take '
-                'contact_law "points" for it'
-            )
     return mujoco_model.of_text(env.body, env.solver, env.timestep)
 
 
@@ -58,8 +54,24 @@ def step(
         stiffness, friction = (None, None) if here.footing is None else here.footing
         return Under(height, here.gradient, stiffness, friction)
 
-    after, report = mujoco_step.step(model, state.own.mujoco, action, ground)
+    burden = _burden(env, model, state, given)
+    after, report = mujoco_step.step(model, state.own.mujoco, action, ground, burden)
     return mujoco_step.coordinates(model, after), after, report
+
+
+def _burden(env: Any, model: MujocoModel, state: State, given: Trial) -> Burden:
+    """Returns what a trial puts on the torso in the step after a state."""
+    load, push = None, None
+    if env.payload and given.load is not None:
+        offset = model.turn.T @ np.array(env.payload.offset)  # in the axes of the file's root
+        place = np.asarray(model.mujoco.body_ipos[TORSO] + offset, np.float32)
+        load = PointMass(TORSO, place, env.payload.mass(given.load, env.mass))
+    if env.push and given.push is not None:
+        change = env.push.acceleration(given.push, state.trial.num_steps, env.timestep)
+        if model.planar:
+            change = change.at[1].set(0.0)
+        push = jnp.append(env.mass * change, 0.0)
+    return Burden(load, push)
 
 
 def of_points(env: Any, of_legs: Any) -> Any:

@@ -18,6 +18,7 @@ from mjxwalk.envs.derived import motors as mjcf_motors
 from mjxwalk.envs.derived.file_tree import FileTree
 from mjxwalk.envs.derived.source import PLANE, geoms_of, joints_of
 from mjxwalk.envs.mujoco_law import ground as mujoco_ground
+from mjxwalk.envs.mujoco_law import refusals
 from mjxwalk.envs.mujoco_law.ground import GroundContacts
 from mjxwalk.envs.mujoco_law.settings import MujocoContact
 
@@ -33,6 +34,15 @@ _CONES = {
     "elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC,
 }
 
+_DEFAULTS = {  # what is added here and may have defaults
+    "joint": "stiffness damping armature frictionloss limited range margin ref springref "
+    "actfrclimited actfrcrange actgravcomp solref_limit solimp_limit solref_friction "
+    "solimp_friction",
+    "geom": "contype conaffinity condim priority friction solref solimp margin gap solmix",
+    "actuator": "gear dyntype dynprm gaintype gainprm biastype biasprm ctrllimited ctrlrange "
+    "forcelimited forcerange actlimited actrange damping armature",
+}
+
 
 class MujocoModel(NamedTuple):
     """A body under MuJoCo's contacts: constants only.
@@ -44,7 +54,7 @@ class MujocoModel(NamedTuple):
       data: the `mjx.Data` that every step starts from.
       planar: whether the root moves in the plane.
       turn: from the axes of the file's root to those that are forward, left and up.
-        feet: numbers of the bodies of each leg's foot, the one that tells where it is first.
+      feet: numbers of the bodies of each leg's foot, the one that tells where it is first.
       ground: where geoms may touch the ground, by the dimension of contact.
       driven: degree of freedom of each motor.
       lowest: torque that each motor gives at least, N m.
@@ -71,9 +81,11 @@ def of_text(text: str, law: MujocoContact, timestep: float) -> MujocoModel:
       ValueError: the engines cannot move it, or MJX cannot compute its contacts or constraints.
     """
     tree = file_tree.of_text(text)
+    refusals.check(tree.source.model)
     spec = mujoco.MjSpec.from_string(text)
     _set_options(spec, law, timestep)
     _strip(spec)
+    _forget_defaults(spec)
     _add_floor(spec, tree)
     _replace_joints(spec, tree)
     if not law.self_collision:
@@ -132,7 +144,6 @@ def _set_options(spec: Any, law: MujocoContact, timestep: float) -> None:
         # MJX has no derivatives of Coriolis forces, which alone set the two apart.
         option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    option.noslip_iterations = 0
 
 
 def _strip(spec: Any) -> None:
@@ -140,6 +151,16 @@ def _strip(spec: Any) -> None:
     for kind in ("sensors", "keys", "actuators", "cameras", "lights"):
         for each in list(getattr(spec, kind)):
             spec.delete(each)
+
+
+def _forget_defaults(spec: Any) -> None:
+    """Makes what is added from here on as MuJoCo has it, whatever the file's `<default>` says."""
+    usual = mujoco.MjSpec()
+    for kind, names in _DEFAULTS.items():
+        ours, blank = getattr(spec.default, kind), getattr(usual.default, kind)
+        for name in names.split():
+            value = getattr(blank, name)
+            setattr(ours, name, value.copy() if isinstance(value, np.ndarray) else value)
 
 
 def _add_floor(spec: Any, tree: FileTree) -> None:

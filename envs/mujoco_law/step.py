@@ -1,10 +1,11 @@
 """A step of the physics with MuJoCo's own contacts and constraints."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from mjxwalk.envs import dynamics, motor
 from mjxwalk.envs._mujoco import mjx, mujoco
@@ -14,14 +15,16 @@ from mjxwalk.envs.mujoco_law import ground as mujoco_ground
 from mjxwalk.envs.mujoco_law import rows as contact_rows
 from mjxwalk.envs.mujoco_law import solver
 from mjxwalk.envs.mujoco_law.coordinates import Coordinates
-from mjxwalk.envs.mujoco_law.ground import Ground, GroundContacts, Touches, level
+from mjxwalk.envs.mujoco_law.ground import Ground, Touches, level
 from mjxwalk.envs.mujoco_law.model import MujocoModel
+from mjxwalk.envs.mujoco_law.report import Report, of_feet
 from mjxwalk.envs.mujoco_law.solver import Cones, Rows, Solution
 
 _PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
 _EULER = int(mujoco.mjtIntegrator.mjINT_EULER)
 _RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
 _NO_EULER_DAMPING = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+TORSO = 1  # number of the body that carries the others
 # Weights of the classical method of Runge and Kutta: of each slope in the next, and in the sum.
 _NEXT, _SUM = (0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6)
 
@@ -40,20 +43,19 @@ class MujocoState(NamedTuple):
     qacc_warmstart: Float[Array, " nv"]
 
 
-class Report(NamedTuple):
-    """What happened at the begin of a step.
+class Burden(NamedTuple):
+    """What a trial puts on the torso, which is body 1; by default nothing.
 
     Attributes:
-      touching: whether each leg's foot touches the ground.
-      force: of the ground on each leg's foot, world axes, N.
-      torque: of each motor, N m.
-      foot: where each leg's foot is from the root's origin, world axes, m.
+      load: point mass that it carries; constraints are as soft as without it.
+      push: force on its own centre of mass, world axes, N.
     """
 
-    touching: Bool[Array, " leg"]
-    force: Float[Array, "leg 3"]
-    torque: Float[Array, " motor"]
-    foot: Float[Array, "leg 3"]
+    load: dynamics.PointMass | None = None
+    push: Float[Array, "3"] | None = None
+
+
+NOTHING = Burden()
 
 
 class _Forward(NamedTuple):
@@ -77,27 +79,42 @@ def coordinates(model: MujocoModel, state: MujocoState) -> Coordinates:
 
 
 def step(
-    model: MujocoModel, state: MujocoState, action: Action, ground: Ground = level
+    model: MujocoModel,
+    state: MujocoState,
+    action: Action,
+    ground: Ground = level,
+    burden: Burden = NOTHING,
 ) -> tuple[MujocoState, Report]:
     """Returns the state one step of the model's length later, and what happened in it."""
-    now = _forward(model, state, action, ground)
+
+    def forward(state: MujocoState) -> _Forward:
+        return _forward(model, state, action, ground, burden)
+
+    now = forward(state)
     integrator = int(model.mujoco.opt.integrator)
     if integrator == _RK4:
-        moved = _runge_kutta(model, state, action, ground, now)
+        moved = _runge_kutta(model, state, forward, now)
     else:
         qacc = now.solution.qacc
         matrix = _implicit(model, now, action)
         if matrix is not None:
             qacc = dynamics.solve(matrix, now.force + now.solution.joint_force)
         moved = _advance(model, now.data, state.qpos, state.qvel, qacc)
-    return MujocoState(*moved, now.solution.qacc), _report(model, now)
+    report = of_feet(model, now.data, now.touches, now.solution.force, now.torque)
+    return MujocoState(*moved, now.solution.qacc), report
 
 
-def _forward(model: MujocoModel, state: MujocoState, action: Action, ground: Ground) -> _Forward:
+def _forward(
+    model: MujocoModel, state: MujocoState, action: Action, ground: Ground, burden: Burden
+) -> _Forward:
     """Returns accelerations, and all that they came of."""
     ours = model.mjx
     data = model.data.replace(qpos=state.qpos, qvel=state.qvel)
-    data = mjx.fwd_velocity(ours, mjx.fwd_position(ours, data))
+    data = mjx.fwd_position(ours, data)
+    if burden.load is not None:
+        data = dynamics.with_mass(data, burden.load)
+        data = mjx.tendon_armature(ours, mjx.crb(ours, data))
+    data = mjx.fwd_velocity(ours, data)
     limits = Limits(model.lowest, model.highest)
     joints = model.driven + (state.qpos.shape[0] - state.qvel.shape[0])
     torque = motor.driven(
@@ -105,6 +122,8 @@ def _forward(model: MujocoModel, state: MujocoState, action: Action, ground: Gro
     ).torque
     force = data.qfrc_passive - data.qfrc_bias
     force = force.at[model.driven].add(torque)
+    if burden.push is not None:
+        force += _pushed(model, data, burden.push)
     mass = mjx.full_m(ours, data)
     rows, touches = _rows(model, data, ground)
     option = model.mujoco.opt
@@ -118,6 +137,13 @@ def _forward(model: MujocoModel, state: MujocoState, action: Action, ground: Gro
         tolerance=float(option.tolerance),
     )
     return _Forward(data, mass, force, solution, touches, torque)
+
+
+def _pushed(model: MujocoModel, data: Any, push: Float[Array, "3"]) -> Float[Array, " nv"]:
+    """Returns what a push on the torso does to the degrees of freedom, N and N m."""
+    arm = dynamics.point_offset(data, data.xipos[TORSO])
+    wrench = jnp.concatenate([jnp.cross(arm, push), push])
+    return dynamics.moves(model.mujoco, TORSO) * (data.cdof @ wrench)
 
 
 def _rows(model: MujocoModel, data: Any, ground: Ground) -> tuple[Rows, tuple[Touches, ...]]:
@@ -172,8 +198,22 @@ def _implicit(model: MujocoModel, now: _Forward, action: Action) -> Float[Array,
     matrix = now.mass + timestep * jnp.diag(damping)
     if found.ntendon and found.tendon_damping.any():
         along = now.data._impl.ten_J
-        matrix += timestep * along.T @ (ours.tendon_damping[:, None] * along)
+        damped = along.T @ (ours.tendon_damping[:, None] * along)
+        matrix += timestep * damped * _in_one_branch(found)
     return matrix
+
+
+def _in_one_branch(found: Any) -> Float[np.ndarray, "nv nv"]:
+    """Returns 1 where one degree of freedom moves the other, else 0.
+
+    What a tendon's damper does between branches C MuJoCo takes at the step's begin, as its mass
+    matrix has no room for it.
+    """
+    moves = np.eye(found.nv, dtype=np.float32)
+    for dof, parent in enumerate(found.dof_parentid):
+        if parent >= 0:
+            moves[dof] = np.maximum(moves[dof], moves[parent])
+    return np.maximum(moves, moves.T)
 
 
 def _advance(
@@ -192,7 +232,10 @@ def _advance(
 
 
 def _runge_kutta(
-    model: MujocoModel, state: MujocoState, action: Action, ground: Ground, now: _Forward
+    model: MujocoModel,
+    state: MujocoState,
+    forward: Callable[[MujocoState], _Forward],
+    now: _Forward,
 ) -> tuple[Float[Array, " nq"], Float[Array, " nv"]]:
     """Returns positions and velocities after a step of the classical method of fourth order."""
     timestep = float(model.mujoco.opt.timestep)
@@ -203,48 +246,7 @@ def _runge_kutta(
         qpos, _ = _advance(model, now.data, state.qpos, share * slope, nothing)
         slope = state.qvel + timestep * share * qacc
         there = MujocoState(qpos, slope, qacc)
-        qacc = _forward(model, there, action, ground).solution.qacc
+        qacc = forward(there).solution.qacc
         total, gain = total + weight * slope, gain + weight * qacc
     qpos, _ = _advance(model, now.data, state.qpos, total, nothing)
     return qpos, state.qvel + timestep * gain
-
-
-def _report(model: MujocoModel, now: _Forward) -> Report:
-    places = now.data.xpos
-    foot = jnp.stack([places[bodies[0]] - places[1] for bodies in model.feet])
-    touching = [jnp.zeros((), bool) for _ in model.feet]
-    force = [jnp.zeros(3) for _ in model.feet]
-    num = sum(_num_rows(model, each) for each in model.ground)
-    start = now.solution.force.shape[0] - num
-    for contacts, touches in zip(model.ground, now.touches, strict=True):
-        end = start + _num_rows(model, contacts)
-        pushes = _pushes(model, contacts, touches, now.solution.force[start:end])
-        start = end
-        for leg, bodies in enumerate(model.feet):
-            own = np.flatnonzero(np.isin(contacts.body, bodies))
-            if own.size:
-                touching[leg] |= jnp.any(touches.touching[own])
-                force[leg] += pushes[own].sum(0)
-    return Report(jnp.stack(touching), jnp.stack(force), now.torque, foot)
-
-
-def _num_rows(model: MujocoModel, contacts: GroundContacts) -> int:
-    edges = contacts.dim > 1 and int(model.mujoco.opt.cone) == _PYRAMIDAL
-    return len(contacts.geom) * (2 * (contacts.dim - 1) if edges else contacts.dim)
-
-
-def _pushes(
-    model: MujocoModel, contacts: GroundContacts, touches: Touches, force: Float[Array, " row"]
-) -> Float[Array, "point 3"]:
-    """Returns the ground's force on each point, world axes, N."""
-    num, axes = len(contacts.geom), min(contacts.dim, 3) - 1  # of friction along the ground
-    each = force.reshape(num, -1)
-    if contacts.dim > 1 and int(model.mujoco.opt.cone) == _PYRAMIDAL:
-        # The edges of a pyramid lean to either side, by friction's coefficient.
-        edges = each.reshape(num, -1, 2)
-        friction = jnp.asarray(contacts.friction[:, :axes], force.dtype)
-        if touches.under.friction is not None:
-            friction = friction * touches.under.friction[:, None]
-        along = friction * (edges[:, :axes, 0] - edges[:, :axes, 1])
-        each = jnp.concatenate([edges.sum((1, 2))[:, None], along], axis=1)
-    return jnp.einsum("pa,pax->px", each[:, : axes + 1], touches.frame[:, : axes + 1])

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjxwalk.envs import Action, MjcfEnv, Payload, Planar7, Push, Reil
+from mjxwalk.envs import Action, MjcfEnv, Payload, Planar7, Reil
 from mjxwalk.robots import FOLDER
 
 TOYS = Path(__file__).parents[1] / "toys"
@@ -101,13 +101,6 @@ def test_wrong_settings_are_refused(settings: dict[str, Any], complaint: str) ->
 def test_a_body_with_a_load_of_its_own_refuses_a_payload() -> None:
     with pytest.raises(ValueError, match="payload must be none, as this body carries terrain.load"):
         Reil(payload=ON_BACK)
-
-
-@pytest.mark.parametrize("burden", [{"payload": ON_BACK}, {"push": Push(speed=0.1)}])
-def test_contact_law_mujoco_refuses_pushes_and_payloads(burden: dict[str, Any]) -> None:
-    text = FILES["toy"].read_text(encoding="utf-8")
-    with pytest.raises(ValueError, match=r'must be none where contact_law is "mujoco"'):
-        MjcfEnv.of(text, contact_law="mujoco", **burden)
 
 
 def test_words_say_what_is_carried() -> None:

@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import c_contacts
 import jax
@@ -15,70 +14,13 @@ from c_contacts import CONVERGED, model_of, stepping, text_of
 from mjxwalk.engines import lanes
 from mjxwalk.envs.mujoco_law.settings import MujocoContact
 
+# A step is traced some times as fast.
+pytestmark = pytest.mark.usefixtures("unchecked_types")
 GYMNASIUM = Path(pytest.importorskip("gymnasium").__file__).parent / "envs/mujoco/assets"
 EULER = MujocoContact(iterations=100, ls_iterations=20, integrator="euler")
 ELLIPTIC = MujocoContact(
     iterations=100, ls_iterations=20, cone="elliptic", integrator="implicitfast"
 )
-# A hopper on a leg that two joints tie to a second one, with a tendon, friction in a joint, and
-# geoms of every shape that may touch the floor.
-TIED = """
-<mujoco>
-  <option timestep="0.003"/>
-  <default>
-    <joint damping="0.5" armature="0.02"/><geom density="500" contype="0" conaffinity="2"/>
-  </default>
-  <worldbody>
-    <geom name="floor" type="plane" size="0 0 1" contype="2" conaffinity="0"/>
-    <body name="trunk" pos="0 0 0.9">
-      <freejoint/>
-      <geom type="box" size="0.1 0.15 0.1"/>
-      {legs}
-    </body>
-  </worldbody>
-  <tendon>
-    <fixed name="across" range="-0.2 0.3" damping="1" stiffness="20" frictionloss="0.5">
-      <joint joint="hip_left" coef="1"/><joint joint="hip_right" coef="-1"/>
-    </fixed>
-  </tendon>
-  <equality>
-    <joint joint1="ankle_left" joint2="knee_left" polycoef="0 -0.5 0.1 0 0"/>
-    <connect body1="heel_right" body2="foot_right" anchor="0 0 0"/>
-  </equality>
-  <actuator>
-    <motor joint="hip_left" ctrlrange="-50 50"/><motor joint="knee_left" ctrlrange="-50 50"/>
-    <motor joint="hip_right" ctrlrange="-50 50"/><motor joint="knee_right" ctrlrange="-50 50"/>
-  </actuator>
-</mujoco>
-"""
-LEG = """
-      <body name="thigh_{s}" pos="0 {y} -0.1">
-        <joint name="hip_{s}" axis="0 1 0" range="-60 60"/>
-        <geom type="capsule" fromto="0 0 0 0 0 -0.35" size="0.04" {solid}/>
-        <body name="shin_{s}" pos="0 0 -0.35">
-          <joint name="knee_{s}" axis="0 1 0" range="-10 120" frictionloss="1"/>
-          <geom type="cylinder" fromto="0 0 0 0 0 -0.3" size="0.03"/>
-          <body name="foot_{s}" pos="0 0 -0.35">
-            <joint name="ankle_{s}" axis="0 1 0" range="-40 40"/>
-            <geom type="{shape}" size="0.12 0.05 0.03" condim="{dim}"/>
-            <body name="heel_{s}" pos="-0.1 0 0">
-              <joint name="pad_{s}" type="slide" axis="0 0 1" range="-0.02 0.02"/>
-              <geom type="sphere" size="0.04" condim="6" mass="0.2" {solid}/>
-            </body>
-          </body>
-        </body>
-      </body>
-"""
-
-
-@pytest.fixture(scope="module")
-def tied(tmp_path_factory: Any) -> str:
-    path = tmp_path_factory.mktemp("body") / "tied.xml"
-    solid = 'contype="1" conaffinity="3"'
-    legs = LEG.format(s="left", y=0.1, shape="box", dim=4, solid=solid)
-    legs += LEG.format(s="right", y=-0.1, shape="ellipsoid", dim=3, solid=solid)
-    path.write_text(TIED.format(legs=legs))
-    return str(path)
 
 
 def compare(name: str, law: MujocoContact, share: float = 1.0) -> None:
@@ -94,7 +36,7 @@ def compare(name: str, law: MujocoContact, share: float = 1.0) -> None:
     text = text_of(name)
     model = model_of(text, law)
     given = c_contacts.steps(text, model)
-    assert (given.contacts > 0).mean() > 0.5
+    assert (given.contacts > 0).mean() > 0.3
     f32 = jax.tree.map(lambda leaf: leaf.astype(np.float32), (given.before, given.action))
     after = lanes.vmap(stepping(model))(*f32)
     off = np.abs(after.qvel - given.qvel).max(1)
@@ -120,12 +62,22 @@ def test_a_float32_step_agrees_with_c_mujoco(name: str, law: MujocoContact, shar
     compare(name, law, share)
 
 
+@pytest.mark.parametrize(
+    ("name", "law"),
+    [
+        ("small", CONVERGED),
+        ("small, tied", CONVERGED),
+        pytest.param("small, tied", ELLIPTIC, marks=pytest.mark.slow),
+    ],
+)
+def test_a_step_of_a_small_body_agrees_with_c_mujoco(name: str, law: MujocoContact) -> None:
+    compare(name, law)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("law", [CONVERGED, ELLIPTIC])
-def test_constraints_tendons_and_all_shapes_agree_with_c_mujoco(
-    tied: str, law: MujocoContact
-) -> None:
-    compare(tied, law)
+def test_constraints_tendons_and_all_shapes_agree_with_c_mujoco(law: MujocoContact) -> None:
+    compare("tied", law)
 
 
 @pytest.mark.slow

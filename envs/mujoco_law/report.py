@@ -1,0 +1,85 @@
+"""What the ground does to the feet in a step under MuJoCo's contacts."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.mujoco_law.ground import GroundContacts, Touches
+from mjxwalk.envs.mujoco_law.model import MujocoModel
+
+_PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
+
+
+class Report(NamedTuple):
+    """What happened at the begin of a step.
+
+    Attributes:
+      touching: whether each leg's foot touches the ground.
+      force: of the ground on each leg's foot, world axes, N.
+      torque: of each motor, N m.
+      foot: where each leg's foot is from the root's origin, world axes, m.
+    """
+
+    touching: Bool[Array, " leg"]
+    force: Float[Array, "leg 3"]
+    torque: Float[Array, " motor"]
+    foot: Float[Array, "leg 3"]
+
+
+def of_feet(
+    model: MujocoModel,
+    data: Any,
+    touched: tuple[Touches, ...],
+    pushed: Float[Array, " row"],
+    torque: Float[Array, " motor"],
+) -> Report:
+    """Returns what happened.
+
+    Args:
+      model: of the body.
+      data: the `mjx.Data` with the places of bodies.
+      touched: how the ground is touched, as `model.ground` has it.
+      pushed: forces of all constraints, the ground's last, N.
+      torque: of the motors, N m.
+    """
+    places = data.xpos
+    foot = jnp.stack([places[bodies[0]] - places[1] for bodies in model.feet])
+    touching = [jnp.zeros((), bool) for _ in model.feet]
+    force = [jnp.zeros(3) for _ in model.feet]
+    num = sum(_num_rows(model, each) for each in model.ground)
+    start = pushed.shape[0] - num
+    for contacts, touches in zip(model.ground, touched, strict=True):
+        end = start + _num_rows(model, contacts)
+        pushes = _pushes(model, contacts, touches, pushed[start:end])
+        start = end
+        for leg, bodies in enumerate(model.feet):
+            own = np.flatnonzero(np.isin(contacts.body, bodies))
+            if own.size:
+                touching[leg] |= jnp.any(touches.touching[own])
+                force[leg] += pushes[own].sum(0)
+    return Report(jnp.stack(touching), jnp.stack(force), torque, foot)
+
+
+def _num_rows(model: MujocoModel, contacts: GroundContacts) -> int:
+    edges = contacts.dim > 1 and int(model.mujoco.opt.cone) == _PYRAMIDAL
+    return len(contacts.geom) * (2 * (contacts.dim - 1) if edges else contacts.dim)
+
+
+def _pushes(
+    model: MujocoModel, contacts: GroundContacts, touches: Touches, force: Float[Array, " row"]
+) -> Float[Array, "point 3"]:
+    """Returns the ground's force on each point, world axes, N."""
+    num, axes = len(contacts.geom), min(contacts.dim, 3) - 1  # of friction along the ground
+    each = force.reshape(num, -1)
+    if contacts.dim > 1 and int(model.mujoco.opt.cone) == _PYRAMIDAL:
+        # The edges of a pyramid lean to either side, by friction's coefficient.
+        edges = each.reshape(num, -1, 2)
+        friction = jnp.asarray(contacts.friction[:, :axes], force.dtype)
+        if touches.under.friction is not None:
+            friction = friction * touches.under.friction[:, None]
+        along = friction * (edges[:, :axes, 0] - edges[:, :axes, 1])
+        each = jnp.concatenate([edges.sum((1, 2))[:, None], along], axis=1)
+    return jnp.einsum("pa,pax->px", each[:, : axes + 1], touches.frame[:, : axes + 1])
