@@ -80,30 +80,8 @@ def of_text(text: str, law: MujocoContact, timestep: float) -> MujocoModel:
     Raises:
       ValueError: the engines cannot move it, or MJX cannot compute its contacts or constraints.
     """
-    tree = file_tree.of_text(text)
-    refusals.check(tree.source.model)
-    spec = mujoco.MjSpec.from_string(text)
-    _set_options(spec, law, timestep)
-    _strip(spec)
-    _forget_defaults(spec)
-    _add_floor(spec, tree)
-    _replace_joints(spec, tree)
-    if not law.self_collision:
-        _leave_floor_alone_to_touch(spec)
+    spec, tree = spec_of(text, law, timestep), file_tree.of_text(text)
     motors = mjcf_motors.of_tree(tree)
-    names = _names(spec, tree)
-    for motor in motors:
-        limits = np.array([motor.lowest, motor.highest])
-        limited = bool(np.isfinite(limits).all())
-        spec.add_actuator(
-            name=tree.joints[motor.joint].name,
-            target=names[motor.joint],
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-            biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-            forcelimited=mujoco.mjtLimited(int(limited)),
-            forcerange=limits if limited else np.zeros(2),
-        )
     model = compiled(spec)
     root = 3 if tree.planar else 6
     with jax.ensure_compile_time_eval():
@@ -127,6 +105,38 @@ def of_text(text: str, law: MujocoContact, timestep: float) -> MujocoModel:
         lowest=np.array([motor.lowest for motor in motors], np.float32),
         highest=np.array([motor.highest for motor in motors], np.float32),
     )
+
+
+def spec_of(text: str, law: MujocoContact, timestep: float) -> Any:
+    """Returns the `mujoco.MjSpec` of a body's MJCF, with its floor and motors.
+
+    Raises:
+      ValueError: the engines cannot move it, or the law cannot do what the file says.
+    """
+    tree = file_tree.of_text(text)
+    refusals.check(tree.source.model)
+    spec = mujoco.MjSpec.from_string(text)
+    _set_options(spec, law, timestep)
+    _strip(spec)
+    _forget_defaults(spec)
+    _add_floor(spec, tree)
+    _replace_joints(spec, tree)
+    if not law.self_collision:
+        _leave_floor_alone_to_touch(spec)
+    names = _names(spec, tree)
+    for motor in mjcf_motors.of_tree(tree):
+        limits = np.array([motor.lowest, motor.highest])
+        limited = bool(np.isfinite(limits).all())
+        spec.add_actuator(
+            name=tree.joints[motor.joint].name,
+            target=names[motor.joint],
+            trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+            biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+            forcelimited=mujoco.mjtLimited(int(limited)),
+            forcerange=limits if limited else np.zeros(2),
+        )
+    return spec
 
 
 def _set_options(spec: Any, law: MujocoContact, timestep: float) -> None:

@@ -60,8 +60,8 @@ def _missing(env: LeggedEnv) -> Generator[str]:
         if type(value) not in known:
             yield f"the {what} {type(value).__name__}"
     law = getattr(env, "contact_law", "points")
-    if law != "points":
-        yield f"the contact law {law}"
+    if law == "mujoco" and env.course.has_soil:
+        yield "soft and slippery ground under the contact law mujoco"
     yield from _missing_methods(env)
     for method, own in env.own_laws().items():
         for law in own:

@@ -15,6 +15,7 @@ import numpy as np
 from mjxwalk.envs import TRIAL_AXES, Anatomy, LeggedEnv, Trials
 from mjxwalk.rollout import Controller, Outcome
 from mjxwalk.verify import laws
+from mjxwalk.verify.mj_step import MjStep
 from mjxwalk.verify.reference import Reference
 from mjxwalk.verify.rules import Rules
 from mjxwalk.verify.senses import Senses
@@ -34,7 +35,7 @@ def run(env: LeggedEnv, controller: Controller, genotype: Any, trials: Trials) -
     like = jax.eval_shape(env.observe, jax.tree.map(lambda leaf: leaf[0], starts))
     # JAX keeps what it traced with 32 bits for an engine, and takes it for the 64 bits here.
     jax.clear_caches()
-    reference = Reference(env, starts.qpos, starts.qvel, trials)
+    reference = _kind(env)(env, starts.qpos, starts.qvel, trials)
     reference.stretch[:] = np.reshape(starts.stretch, reference.stretch.shape)
     rules = Rules(reference, starts.touching, starts.ankle_x)
     senses = Senses(reference.anatomy, like)
@@ -60,6 +61,11 @@ def run(env: LeggedEnv, controller: Controller, genotype: Any, trials: Trials) -
         work=tally.work,
         steps=tally.steps,
     )
+
+
+def _kind(env: LeggedEnv) -> type[Reference]:
+    """Returns what steps a body in C MuJoCo: MuJoCo itself, under its own contact law."""
+    return MjStep if getattr(env, "contact_law", "points") == "mujoco" else Reference
 
 
 def _acting(controller: Controller, genotype: Any, anatomy: Anatomy) -> Callable[..., Any]:
