@@ -109,4 +109,6 @@ SMALL_TIED = (
     .replace(_RIGHT, _RIGHT + _TOE.format(x=0.31, y=0.1))
     .replace("  <actuator>", _LAWS)
 )
-TEXTS = {"small": SMALL, "small, tied": SMALL_TIED, "tied": TIED}
+_CONNECT = '<connect body1="heel_right" body2="foot_right" anchor="0 0 0"/>'
+WELDED = TIED.replace(_CONNECT, '<weld body1="heel_right" body2="foot_right"/>')
+TEXTS = {"welded": WELDED, "small": SMALL, "small, tied": SMALL_TIED, "tied": TIED}

@@ -13,7 +13,7 @@ from mjxwalk.envs.motor import Action, Limits
 from mjxwalk.envs.mujoco_law import coordinates as mujoco_coordinates
 from mjxwalk.envs.mujoco_law import ground as mujoco_ground
 from mjxwalk.envs.mujoco_law import rows as contact_rows
-from mjxwalk.envs.mujoco_law import solver
+from mjxwalk.envs.mujoco_law import solver, ties
 from mjxwalk.envs.mujoco_law.coordinates import Coordinates
 from mjxwalk.envs.mujoco_law.ground import Ground, Touches, level
 from mjxwalk.envs.mujoco_law.model import MujocoModel
@@ -174,10 +174,14 @@ def _found(model: MujocoModel, data: Any) -> Rows:
             regular = friction[:, :1] / np.sqrt(model.mujoco.opt.impratio)
             rows = found.contact.efc_address[here][:, None] + np.arange(dim)
             cones.append(Cones(rows, jnp.concatenate([regular, friction], axis=1)))
+    turning = ties.turning(model, data)
+    target = found.efc_aref
+    if turning.size:
+        target = target.at[: turning.size].add(-turning)
     return Rows(
         jacobian=found.efc_J,
         weight=found.efc_D,
-        target=found.efc_aref,
+        target=target,
         lowest=jnp.where(equal, -jnp.inf, jnp.where(rubs, -most, 0.0)),
         highest=jnp.where(rubs, most, jnp.inf),
         cones=tuple(cones),
