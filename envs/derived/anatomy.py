@@ -229,7 +229,8 @@ def _motors(
     found: list[Motor] = []
     for each in mjcf_motors.of_tree(tree):
         place = first + each.joint
-        strongest = min(abs(each.lowest), abs(each.highest))
+        weaker, stronger = sorted((abs(each.lowest), abs(each.highest)))
+        strongest = weaker or stronger  # some, as a cable, pull to one side alone
         stiffness, damping = each.stiffness, each.damping
         if gains == "derived" or not stiffness:
             stiffness, damping = mjcf_motors.usual_gains(strongest, usual, stance.time)

@@ -13,6 +13,9 @@ from mjxwalk.envs.derived.source import Pose, geoms_of, joints_of, parents
 LOW = 0.1  # bodies that reach down so far may be feet
 SAME_FOOT = 0.03  # bodies of a leg that reach down so near to its lowest are its foot
 CLOSE = 1e-3  # m; a leg nearer to the middle than this is on neither side
+LYING = (
+    0.15  # of a biped, height of the root over how far its farthest part is from it; below, it lies
+)
 
 
 class FileLeg(NamedTuple):
@@ -60,7 +63,22 @@ def find(pose: Pose) -> list[FileLeg]:
             f"only one leg reaches the ground in the pose that trials start in (body {named}), and "
             "a walker needs two; if it has two, add a <key> named home in which it stands on both"
         )
+    _check_upright(pose, legs, height)
     return _sided(pose, legs)
+
+
+def _check_upright(pose: Pose, legs: list[FileLeg], height: float) -> None:
+    """Raises ValueError if a body with two legs lies; what has more may be long and low."""
+    model, data = pose
+    places = [data.geom_xpos[geom] for geom in range(model.ngeom) if model.geom_bodyid[geom]]
+    places += list(data.xpos[2:])
+    far = max(float(np.linalg.norm(place - data.xpos[1])) for place in places)
+    if len(legs) == 2 and height < LYING * far:
+        raise ValueError(
+            f"body {model.body(1).name or 'number 1'} lies in the pose that trials start in: it is "
+            f"{height:.2g} m over the ground, and reaches {far:.2g} m; add a <key> named home in "
+            "which it stands"
+        )
 
 
 def _lows(pose: Pose) -> dict[int, float]:
@@ -126,6 +144,13 @@ def _sided(pose: Pose, legs: list[FileLeg]) -> list[FileLeg]:
     apart = [float(data.xpos[leg.foot[0]][1]) - middle for leg in legs]
     if "middle" in sides and all(abs(each) > CLOSE for each in apart):
         sides = ["left" if each > 0 else "right" for each in apart]
+    elif len(legs) > 2 and set(sides) == {"middle"}:
+        left, right = (sum(sign * each > CLOSE for each in apart) for sign in (1, -1))
+        if left == right:  # as many on either side, and some in the middle
+            sides = [
+                "middle" if abs(each) <= CLOSE else "left" if each > 0 else "right"
+                for each in apart
+            ]
     elif len(legs) == 2 and sides.count("middle") == 1:
         known = sides[0] if sides[1] == "middle" else sides[1]
         other: Side = "right" if known == "left" else "left"

@@ -121,6 +121,10 @@ def _joint(model: Any, actuator: int, name: str) -> int:
 
 def _motor(model: Any, actuator: int, name: str, place: int) -> JointMotor:
     gear = float(model.actuator_gear[actuator][0])
+    if not gear:
+        raise ValueError(
+            f"actuator {name} moves nothing, as its gear is 0; correct it, or remove the actuator"
+        )
     bias = model.actuator_biasprm[actuator]
     affine = int(model.actuator_biastype[actuator]) == _AFFINE
     plain = int(model.actuator_gaintype[actuator]) == _FIXED

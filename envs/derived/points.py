@@ -78,13 +78,14 @@ def may_touch(model: Any, geom: int) -> bool:
     if not body or int(model.geom_type[geom]) == PLANE:
         return False
     kind, takes = int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])
+    excluded = body in list(model.exclude_signature)  # by <exclude> with the world, which is body 0
     floors = [each for each in geoms_of(model, 0) if int(model.geom_type[each]) == PLANE]
     if not floors:  # one as MuJoCo has it where nothing is said of it
-        return bool((kind | takes) & 1)
+        return bool((kind | takes) & 1) and not excluded
     pairs = list(zip(model.pair_geom1, model.pair_geom2, strict=True))
     return any(
-        kind & int(model.geom_conaffinity[floor])
-        or int(model.geom_contype[floor]) & takes
+        not excluded
+        and (kind & int(model.geom_conaffinity[floor]) or int(model.geom_contype[floor]) & takes)
         or (geom, floor) in pairs
         or (floor, geom) in pairs
         for floor in floors

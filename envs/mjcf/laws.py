@@ -47,8 +47,8 @@ def contacts(kept: Kept) -> list[list[str]]:
     for exclude in range(model.nexclude):
         signature = int(model.exclude_signature[exclude])
         ends = [signature >> 16, signature & 0xFFFF]
-        if all(each in kept.bodies for each in ends):
-            one, two = (kept.bodies[each] for each in ends)
+        if all(each in kept.bodies or not each for each in ends):
+            one, two = (kept.bodies.get(each, "world") for each in ends)
             found.append(element("exclude", {"body1": one, "body2": two}))
     return found
 

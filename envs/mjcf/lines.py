@@ -10,6 +10,11 @@ from typing import NamedTuple
 from xml.parsers import expat
 
 _NAMED = re.compile(r"\b(actuator|body|joint|tendon|geom) ([^\s,;:]+)")
+_NO_NUMBER = re.compile(r"(?i)[-+]?(nan|inf|infinity)")
+_NAMES = (  # attributes whose value may be such a word
+    "name class childclass body joint jointinparent geom site tendon mesh material texture hfield "
+    "actuator target refsite cranksite slidersite sidesite model file link prefix key value"
+).split()
 TAGS: Mapping[str, Sequence[str]] = {  # of what MuJoCo and sentences call otherwise
     "bodies": ("body",),
     "collision": ("pair",),
@@ -67,6 +72,18 @@ def one_of(
         and (not name or each.attributes.get("name") == name)
     ]
     return fits[0] if len(fits) == 1 and (line or tags or name) else None
+
+
+def check_numbers(found: Sequence[Place]) -> None:
+    """Raises ValueError if an attribute holds `nan` or `inf` for a number."""
+    for place in found:
+        for attribute, value in place.attributes.items():
+            words = [word for word in value.split() if _NO_NUMBER.fullmatch(word)]
+            if words and attribute.rstrip("12") not in _NAMES:
+                raise ValueError(
+                    f"{place}: {attribute} of <{place.tag}> holds {words[0]}, which is no number; "
+                    "write one, or leave it out"
+                )
 
 
 def located(found: Sequence[Place], sentence: str) -> str:

@@ -30,6 +30,10 @@ _SAID: Sequence[tuple[str, str]] = (
         r"the file \1 is missing, or cannot be opened; put it where the file says",
     ),
     (
+        r"could not parse model file with error: .*Error opening file '(.*)'.*",
+        r"the file \1 is missing, or cannot be opened; put it where the file says",
+    ),
+    (
         r"unknown default class name '(.*)'",
         r"the class \1 has no <default>; if another file has it, name the file that includes both",
     ),

@@ -10,6 +10,7 @@ from mjxwalk.envs.mjcf.kept import Kept
 from mjxwalk.envs.mjcf.lines import Place, one_of
 
 _HOLDING = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
+_RANGES = ("range", "ctrlrange", "forcerange", "actuatorfrcrange")
 _SHOWN = 3  # names of a list; the rest are counted
 
 
@@ -105,10 +106,34 @@ def _of_joints(kept: Kept, places: Sequence[Place]) -> list[str]:
         if names:
             place = one_of(places, name=names[0]) if len(names) == 1 else None
             found.append(said(listed("joint", names, verb, verbs), place))
+    found += _of_ranges(places)
     light = [name for body, name in kept.bodies.items() if model.body_gravcomp[body]]
     if light:
         found.append(said(listed("body", light, "weighs", "weigh") + " all it has (no gravcomp)"))
     return found
+
+
+def _of_ranges(places: Sequence[Place]) -> list[str]:
+    """Returns which ranges MuJoCo does not take, as they end before they begin."""
+    found: dict[tuple[str, str], list[Place]] = {}
+    for place in places:
+        for attribute in _RANGES:
+            words = place.attributes.get(attribute, "").split()
+            try:
+                lower, upper = (float(word) for word in words)
+            except ValueError:  # none, or MuJoCo has said what is wrong
+                continue
+            if upper < lower:
+                found.setdefault((attribute, place.tag), []).append(place)
+    return [
+        said(
+            f"{attribute} of "
+            + listed(tag, [each.attributes.get("name", "") for each in wrong], "", "").strip()
+            + " ends before it begins, and limits nothing",
+            wrong[0] if len(wrong) == 1 else None,
+        )
+        for (attribute, tag), wrong in found.items()
+    ]
 
 
 def _of_constraints(kept: Kept, places: Sequence[Place]) -> list[str]:
@@ -151,8 +176,19 @@ def _of_actuators(kept: Kept, places: Sequence[Place]) -> list[str]:
         for each in kept.actuators
         if int(model.actuator_dyntype[each]) not in (0, int(mujoco.mjtDyn.mjDYN_MUSCLE))
     ]
-    if not lagging:
-        return []
-    place = one_of(places, name=lagging[0]) if len(lagging) == 1 and lagging[0] else None
-    text = listed("actuator", lagging, "acts at once", "act at once")
-    return [said(f"{text}; contact law points has no activation (dyntype)", place)]
+    pushing = [
+        str(model.actuator(each).name)
+        for each in kept.actuators
+        if int(model.actuator_biastype[each]) == int(mujoco.mjtBias.mjBIAS_AFFINE)
+        and model.actuator_biasprm[each][0]
+    ]
+    cases = (
+        (lagging, "acts at once", "act at once", "has no activation (dyntype)"),
+        (pushing, "does not push", "do not push", "has no constant force (biasprm)"),
+    )
+    return [
+        said(f"{listed('actuator', names, verb, verbs)}; contact law points {why}", place)
+        for names, verb, verbs, why in cases
+        if names
+        for place in [one_of(places, name=names[0]) if len(names) == 1 and names[0] else None]
+    ]

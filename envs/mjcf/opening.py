@@ -41,10 +41,13 @@ def opened(path: Path) -> Opened:
     if path.is_dir():
         raise ValueError("it is a folder; name an MJCF or URDF file")
     places = lines.places(path)
+    lines.check_numbers(places)
     notes: list[str] = []
     try:
         spec = _read(path, places, notes)
-    except (ValueError, mujoco.FatalError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError:
+        raise
+    except (ValueError, mujoco.FatalError) as error:
         raise ValueError(messages.sentence(str(error), places)) from None
     _undecorate(spec)
     missing.take_out(spec, places, notes)

@@ -42,11 +42,23 @@ def read(path: Path) -> BodyFile:
     Raises:
       ValueError: the file is missing, or no body; the message says what, and what to do.
     """
+    try:
+        return _read(path)
+    except UnicodeDecodeError:  # MuJoCo reads any bytes, and fails where it gives a name
+        raise ValueError(
+            "it has names that are not in UTF-8; save it, and what it includes, as UTF-8"
+        ) from None
+
+
+def _read(path: Path) -> BodyFile:
     found = opening.opened(path)
     notes = found.notes
     root = robot.find(found.model, notes)
     kept = mjcf_kept.kept(found.model, root, found.statistic)
-    robot.check(kept)
+    try:
+        robot.check(kept)
+    except ValueError as error:
+        raise ValueError(lines.located(found.places, str(error))) from None
     robot.note_scenery(kept, notes)
     shapes, hulls = meshes.shapes(kept)
     text = writer.text(kept, shapes, hulls, {})

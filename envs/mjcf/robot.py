@@ -65,6 +65,12 @@ def check(kept: Kept) -> None:
     for body, name in kept.bodies.items():
         if model.body_plugin[body] >= 0:
             raise ValueError(f"body {name} is moved by a plugin; remove it, as none runs here")
+    for joint, name in kept.joints.items():
+        damping = float(model.dof_damping[int(model.jnt_dofadr[joint])])
+        if damping < 0.0:
+            raise ValueError(
+                f"joint {name} has a damping of {damping:g}, which drives it; write 0 or more"
+            )
     for actuator in kept.actuators:
         if model.actuator_plugin[actuator] >= 0:
             name = model.actuator(actuator).name or f"number {actuator}"

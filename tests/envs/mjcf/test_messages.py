@@ -65,6 +65,26 @@ FAULTS = {
         '<muscle joint="hip"/>',
         "line 13: MuJoCo finds no range of lengths for the muscle number 0; give it a lengthrange",
     ),
+    "not a number": (
+        'axis="0 1 0"',
+        'axis="0 nan 0"',
+        "line 7: axis of <joint> holds nan, which is no number",
+    ),
+    "a range without an end": (
+        'joint="hip"/>',
+        'joint="hip" ctrlrange="-1 inf"/>',
+        "line 13: ctrlrange of <motor> holds inf, which is no number",
+    ),
+    "a damper that drives": (
+        '"0 1 0"',
+        '"0 1 0" damping="-5"',
+        "line 7: joint hip has a damping of -5",
+    ),
+    "no such model to attach": (
+        "<worldbody>",
+        '<asset><model name="leg" file="nowhere.xml"/></asset><worldbody>',
+        "line 2: the file ",
+    ),
     "another format": ("mujoco>", "sdf>", "its first element is <sdf>; write <mujoco>, or a URDF"),
 }
 
@@ -93,6 +113,17 @@ def test_the_line_is_that_of_the_included_file(tmp_path: Path) -> None:
         MJCF[: MJCF.index("  <actuator>")] + '  <include file="motors.xml"/>\n</mujoco>'
     )
     assert refusal(path).startswith("line 3 of motors.xml: actuator hip drives knee")
+
+
+@pytest.mark.parametrize("inner", [False, True])
+def test_names_in_another_encoding_are_refused(tmp_path: Path, inner: bool) -> None:
+    text = MJCF.replace('"hip"', '"h\u00fcfte"')
+    if inner:
+        (tmp_path / "inner.xml").write_text(text, encoding="latin-1")
+        text = '<mujoco><include file="inner.xml"/></mujoco>'
+    path = tmp_path / "robot.xml"
+    path.write_text(text, encoding="latin-1")
+    assert "save it" in refusal(path) and "UTF-8" in refusal(path)
 
 
 @pytest.mark.parametrize("text", ["", "a robot", "<mujoco/>"])

@@ -29,6 +29,16 @@ REPLACED = {
         '<option density="1.2"/><default>',
         "Line 4: the medium's density is left out.",
     ),
+    "a range the wrong way round": (
+        '<joint name="knee_left" axis="0 1 0" range="0 90"/>',
+        '<joint name="knee_left" axis="0 1 0" range="90 0"/>',
+        "Line 4: range of joint knee_left ends before it begins, and limits nothing.",
+    ),
+    "a constant force": (
+        '<motor joint="hip_left"/>',
+        '<general name="hip" joint="hip_left" biastype="affine" biasprm="7 -80 -4"/>',
+        "Line 4: actuator hip does not push; contact law points has no constant force (biasprm).",
+    ),
 }
 
 
