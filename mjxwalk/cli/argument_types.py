@@ -57,6 +57,13 @@ def _seed(text: str) -> int:
     return number
 
 
+def _contact_law(text: str) -> str:
+    if text not in LAWS:
+        raise ValueError(text)
+    return text
+
+
+LAWS = ("points", "mujoco")
 EXPERIMENT = "per-experiment"
 SEEDS = 2**32  # that JAX's keys tell apart
 Seed: TypeAlias = Annotated[
@@ -73,6 +80,10 @@ OptionalFloat: TypeAlias = Annotated[
     float | None, _primitive("FLOAT", _finite, "a number", none=EXPERIMENT)
 ]
 OptionalName: TypeAlias = Annotated[str | None, _primitive("NAME", str, "a name", none=EXPERIMENT)]
+ContactLaw: TypeAlias = Annotated[
+    str | None,
+    _primitive("|".join(LAWS), _contact_law, " or ".join(LAWS), none=LAWS[0]),
+]
 CountOrAll: TypeAlias = Annotated[
     int | None, _primitive("INT|all", _count_or_all, "a whole number or all", none="all")
 ]

@@ -29,6 +29,7 @@ SETTINGS = {
     "terrains": "terrains_per_evaluation",
     "roughness": "env.terrain.roughness",
 }
+CONTACT_LAW = "env.contact_law"  # comes before others, as a time step goes with it
 
 
 def choose_run(asked: EvolveArguments) -> tuple[Config, Inherited | None]:
@@ -41,7 +42,7 @@ def choose_run(asked: EvolveArguments) -> tuple[Config, Inherited | None]:
     experiment = _with_flags(asked, scaled(experiments.get(asked.experiment), asked.scale))
     if asked.strategy is not None:
         experiment = _with_strategy(asked.strategy, experiment)
-    for path, value in _assignments(asked):
+    for path, value in sorted(_assignments(asked), key=lambda each: each[0] != CONTACT_LAW):
         experiment = _override(experiment, path, value)
     if asked.links is not None:
         experiment = override(experiment, "controller.links", _read_links(asked.links))
@@ -78,7 +79,9 @@ def _override(experiment: Any, path: str, value: str) -> Any:
     """
     if path == "name":
         raise RunError(f"name is no setting: a run of {experiment.name} is read by it; leave it")
-    return override(experiment, path, value)
+    experiment = override(experiment, path, value)
+    # So that it is the same as --contact: each law has a time step of its own.
+    return own_body.with_contact(experiment, value) if path == CONTACT_LAW else experiment
 
 
 def _read_target(experiment: Any) -> None:

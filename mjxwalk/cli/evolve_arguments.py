@@ -2,13 +2,14 @@
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from mjxwalk import experiments, terminal
 from mjxwalk.cli import own_body
 from mjxwalk.cli.argument_types import (
+    ContactLaw,
     CountOrAll,
     EngineName,
     NameOrCluster,
@@ -105,7 +106,7 @@ class EvolveArguments(Together, Following):
     terrains: OptionalInt = None
     roughness: OptionalFloat = None
     body: Annotated[Path | None, tyro.conf.arg(metavar="FILE|NAME|RUN")] = None
-    contact: Literal["points", "mujoco"] | None = None
+    contact: ContactLaw = None
     links: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     engine: EngineName = "auto"
     out: OutPath = None

@@ -17,7 +17,7 @@ def check(path: Path) -> None:
     Raises:
       RunError: there is none.
     """
-    if _is_shipped(path):
+    if is_shipped(path):
         return
     if not path.exists():
         raise RunError(
@@ -28,7 +28,7 @@ def check(path: Path) -> None:
         raise RunError(f"--body {path} is a folder, and no run; name an MJCF file, or a run")
 
 
-def _is_shipped(path: Path) -> bool:
+def is_shipped(path: Path) -> bool:
     """Returns whether a name means a body that ships: files and runs of that name come first."""
     is_there = (path / config.FILE).is_file() if path.is_dir() else path.exists()
     return str(path) in robots.names() and not is_there
@@ -62,7 +62,7 @@ def put(experiment: Any, path: Path) -> Any:
     from mjxwalk.experiments import ANY_BODY, own_body
 
     takes_any = isinstance(getattr(experiment, "env", None), MjcfEnv)
-    file = robots.path(str(path)) if _is_shipped(path) else path
+    file = robots.path(str(path)) if is_shipped(path) else path
     try:
         # Our own bodies' experiments take a file to the letter; others take what it comes to.
         if file.is_dir() or not takes_any:

@@ -9,6 +9,7 @@ from mjxwalk.experiments.run_config import Config
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Metrics, Result
 
+UNNAMED = "MuJoCo Model"  # what MuJoCo calls a body whose file does not name it
 RECENT = 20  # generations that the time left is judged by
 
 
@@ -39,7 +40,7 @@ def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
     """Returns what is said before the first generation."""
     experiment = config.experiment
     engine = f"engine {evaluator.engine} ({evaluator.why}) on {evaluator.devices}"
-    what = f"evolving {experiment.name}, seed {config.seed}"
+    what = f"evolving {experiment.name}{_of_body(experiment)}, seed {config.seed}"
     size = f"at most {experiment.generations} generations of {experiment.population_size}"
     if isinstance(experiment, Fitting):
         return [f"{what}: {experiment.describe()}, {size}, in {path}", engine]
@@ -58,6 +59,13 @@ def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
         source, generation = config.origin.source, config.origin.generation
         lines.append(f"starting from the {experiment.start} of {source}, generation {generation}")
     return [*lines, engine]
+
+
+def _of_body(experiment: Any) -> str:
+    """Returns the name of a body that a file gave, behind a word."""
+    env: Any = getattr(experiment, "env", None)
+    name = env.anatomy.name if getattr(env, "body", "") else ""
+    return f" with the body {name}" if name not in ("", UNNAMED) else ""
 
 
 def figures(line: Metrics, experiment: Any = None) -> list[tuple[str, str]]:

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Literal
 
 from mjxwalk import experiments, shell
-from mjxwalk.cli import main, sweep_grid
+from mjxwalk.cli import main, own_body, sweep_grid
 from mjxwalk.cli.argument_types import CoresOrShare, GigabytesOrAll, NameOrDefault, SweepPath
 from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.errors import Interrupted, RunError
-from mjxwalk.runs.folder import RUNS
+from mjxwalk.runs import folder
 from mjxwalk.sweep import plan as plans
 from mjxwalk.sweep.jobs import LEAST_GB
 from mjxwalk.sweep.plan import Plan, Resources
@@ -51,7 +51,8 @@ class Sweep(EvolveArguments):
         self.check()
         self._check_flags()
         plan = self._plan()
-        path = self.out or RUNS / f"sweep-{self.experiment.replace('/', '-')}-{plan.name}"
+        path = self.out or folder.RUNS / f"sweep-{self.experiment.replace('/', '-')}-{plan.name}"
+        folder.check_name(path)
         if not plans.is_sweep(path):
             self._choose()
         plans.create(path, plan)
@@ -103,7 +104,7 @@ class Sweep(EvolveArguments):
         return dataclasses.replace(
             self,
             source=source,
-            body=body and body.absolute(),
+            body=body if body is None or own_body.is_shipped(body) else body.absolute(),
             links=links and links.absolute(),
         )
 

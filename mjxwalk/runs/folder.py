@@ -14,6 +14,7 @@ from mjxwalk.runs.inheritance import Inherited
 from mjxwalk.runs.locking import CHECKPOINTS, LOCK_FILE, check_links, is_locked, locked
 
 RUNS = Path("runs")
+ZOO = "zoo:"  # begins the name of a walker that ships
 # What a process that was killed while it made a run's folder may have left in it.
 BEGUN = (LOCK_FILE, inheritance.FILE, files.partial(inheritance.FILE), files.partial(config.FILE))
 
@@ -29,12 +30,22 @@ def default_path(experiment: str, seed: int) -> Path:
     return next(each for each in itertools.chain([path], numbered) if not each.exists())
 
 
+def check_name(path: Path) -> None:
+    """Raises RunError if commands would take a folder's name for a walker that ships."""
+    if str(path).startswith(ZOO):
+        raise RunError(
+            f"--out {path} would be taken for a walker that ships, as its name begins with {ZOO}; "
+            "choose another"
+        )
+
+
 def check_free(path: Path) -> None:
     """Returns if a run may start in a folder.
 
     Raises:
       RunError: it holds a run or anything else, or is no folder.
     """
+    check_name(path)
     if (path / config.FILE).exists() or study.is_study(path):
         kind = "study" if study.is_study(path) else "run"
         raise RunError(
@@ -76,7 +87,7 @@ def check_run(path: Path) -> None:
     Raises:
       RunError: it does not.
     """
-    if not path.exists() and str(path).startswith("zoo:"):
+    if not path.exists() and str(path).startswith(ZOO):
         raise RunError(f"{path} is one walker without a run; name a run's folder")
     if not path.exists():
         raise RunError(f"{path} does not exist; `mjxwalk list` shows the runs in ./{RUNS}")
@@ -93,6 +104,7 @@ __all__ = [
     "CHECKPOINTS",
     "RUNS",
     "check_free",
+    "check_name",
     "check_run",
     "create",
     "default_path",

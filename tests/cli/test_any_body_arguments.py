@@ -14,6 +14,7 @@ from mjxwalk.cli import main
 from mjxwalk.cli.choosing import choose_run
 from mjxwalk.cli.evolve import Evolve
 from mjxwalk.cli.parsing import parse
+from mjxwalk.cli.sweep import Sweep
 from mjxwalk.envs import FitnessTerms, MjcfEnv
 from mjxwalk.envs.fitness_terms import COSTS
 from mjxwalk.errors import RunError
@@ -77,6 +78,44 @@ def test_a_contact_law_brings_its_time_step() -> None:
     assert env.timestep == 0.002  # MuJoCo's own, as the toy says none
     with pytest.raises(RunError, match="planar-lpd has one contact law"):
         chosen("planar-lpd", "--contact", "mujoco")
+
+
+def test_a_contact_law_that_is_set_is_the_one_of_the_flag() -> None:
+    words = "--body", str(TOY), "--set", "env.contact_law=mujoco"
+    assert chosen(*words) == chosen("--body", str(TOY), "--contact", "mujoco")
+    # A time step that is asked for stays, wherever it is written.
+    words = "--body", str(TOY), "--set", "env.timestep=0.001", *words[2:]
+    env = chosen(*words).experiment.env
+    assert (env.contact_law, env.timestep) == ("mujoco", 0.001)
+
+
+def test_contact_laws_are_named_in_the_help_and_no_other_is_taken(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["evolve", "--help"])
+    assert "--contact points|mujoco" in capsys.readouterr().out
+    assert main(["evolve", "--body", "h1", "--contact", "soft"]) == 2
+    assert "--contact must be points or mujoco, got 'soft'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["evolve", "sweep"])
+def test_a_folder_may_not_be_named_as_a_walker_that_ships(
+    command: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["--set", "strategy.sigma=0.1,0.2"] if command == "sweep" else []
+    assert main([command, "--out", "./zoo:mine", *words]) == 2
+    assert "--out zoo:mine would be taken for a walker that ships" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_sweep_names_a_body_that_ships_as_it_was_named() -> None:
+    assert Sweep(body=Path("h1")).anywhere().body == Path("h1")
+    assert Sweep(body=Path("robot.xml")).anywhere().body == Path("robot.xml").absolute()
 
 
 @pytest.mark.parametrize("term", WEIGHTS)

@@ -1,5 +1,6 @@
 """Tests of what a run shows, on a terminal and off one."""
 
+import dataclasses
 import io
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import pytest
 import toy
 from rich.console import Console
 
+from mjxwalk import experiments
 from mjxwalk.cli.progress import PlainProgress
 from mjxwalk.cli.progress_live import LiveProgress
 from mjxwalk.cli.progress_text import Clock, count, duration, figures, opening
@@ -110,6 +112,22 @@ def test_the_opening_says_what_a_run_starts_from_and_when_it_ends() -> None:
     first, second, _ = opening(Path("a"), settings, EVALUATOR)
     assert "until pruning costs too much, at most 30 generations of 16 walkers" in first
     assert second == "starting from the population of ../2-near, generation 9"
+
+
+def test_the_opening_names_the_body_that_a_file_gave() -> None:
+    settings = Config(experiment=experiments.get("walk"))
+    assert opening(Path("a"), settings, EVALUATOR)[0].startswith(
+        "evolving walk with the body h1, seed "
+    )
+    experiment = settings.experiment
+    unnamed = dataclasses.replace(
+        experiment,
+        env=dataclasses.replace(
+            experiment.env, body=experiment.env.body.replace('<mujoco model="h1">', "<mujoco>")
+        ),
+    )
+    told = opening(Path("a"), dataclasses.replace(settings, experiment=unnamed), EVALUATOR)
+    assert told[0].startswith("evolving walk, seed ")
 
 
 def test_on_a_terminal_the_last_figures_stay() -> None:
