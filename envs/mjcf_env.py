@@ -30,6 +30,7 @@ from mjxwalk.envs.surface import SerpentineWalk
 from mjxwalk.envs.trees import Instant
 from mjxwalk.envs.trial import Trial, Trials, TrialState
 
+LONGEST_STEP = 0.2  # of a fall from the root's height, over the square root of two; ours
 START = 0x73746172  # folded into the key of the random ground
 
 
@@ -122,7 +123,12 @@ class MjcfEnv(LeggedEnv):
                 f"min_height must be below 1, at which trials start, got {self.min_height:g}"
             )
         super().__post_init__()
-        _ = self.stance  # refuses a file that is no body
+        longest = LONGEST_STEP * self.stance.time  # stance refuses a file that is no body
+        if self.timestep > longest:
+            raise ValueError(
+                f"timestep must be at most {longest:.2g} s, in which a body of this size falls "
+                f"visibly, got {self.timestep:g}"
+            )
         names = [str(self.model.mujoco.body(body).name) for body in range(self.model.mujoco.nbody)]
         for name in self.forbidden:
             if name not in names:

@@ -70,7 +70,8 @@ def put(experiment: Any, path: Path) -> Any:
         read(file)  # refuses pipes, devices and what is no text, which MuJoCo would wait for
         found = reader.read(file)
     except ValueError as error:
-        other = "" if takes_any else f"; {experiment.name} takes few bodies, and {ANY_BODY} any"
+        takes_few = isinstance(getattr(experiment, "env", None), own_body.BODIES)
+        other = "" if not takes_few else f"; {experiment.name} takes few bodies, and {ANY_BODY} any"
         raise RunError(f"{path}: {error}{other}") from None
     try:
         changed = own_body.with_body(experiment, found.text)

@@ -145,6 +145,7 @@ def test_every_term_has_a_weight_and_costs_are_never_gains() -> None:
         ('env.forbidden=["head"]', "forbidden names head, and the body has trunk"),
         ("env.forbidden=head", "env.forbidden must be a list such as .*, got 'head'"),
         ("env.acting=angle", "env.acting must be one of target, torque, got 'angle'"),
+        ("env.timestep=1", "timestep must be at most 0.0.* s, .* got 1"),
         ("env.contact_law=soft", "env.contact_law must be one of points, mujoco, got 'soft'"),
         ('env.start_angles={"nose": 1}', "no joint nose; it has"),
         (
