@@ -38,6 +38,13 @@ def count(settings: Any, *fields: str) -> None:
             raise ValueError(f"{field} must be from 1 to {MOST:,}, got {value}")
 
 
+def one_of(settings: Any, field: str, known: tuple[str, str]) -> None:
+    """Raises ValueError unless a field is one of two words."""
+    value = getattr(settings, field)
+    if value not in known:
+        raise ValueError(f'{field} must be "{known[0]}" or "{known[1]}", got "{value}"')
+
+
 def finite(settings: Any, *fields: str) -> None:
     """Raises ValueError unless each named field is a number that float32 holds well."""
     for field in fields:

@@ -7,6 +7,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from mjxwalk.envs import checks
+from mjxwalk.envs.anatomy import Root
+from mjxwalk.envs.state import State
 
 # Terms that count against a walker, and what each counts.
 COSTS = {
@@ -157,6 +159,26 @@ class FitnessTerms:
         if tally.forbidden is not None and seen.forbidden is not None:
             tally = tally._replace(forbidden=tally.forbidden | seen.forbidden)
         return tally
+
+    def total(self, state: State, root: Root, *, usual: float, timestep: float) -> Float[Array, ""]:
+        """Returns what all terms come to at the end of a trial.
+
+        Args:
+          state: of the walker.
+          root: of its body.
+          usual: its weight times its height, N m.
+          timestep: of the physics, s.
+        """
+        trial = state.trial
+        seconds = trial.num_steps * timestep
+        far = state.qpos[root.forward]
+        if self.speed:
+            far = jnp.minimum(far, self.speed * seconds)
+        total = self.distance * far + self.alive * seconds
+        if root.sideways is not None:
+            total += self.drift * jnp.abs(state.qpos[root.sideways])
+        total += self.work * trial.work / usual + self.torque * trial.torque_cost / usual
+        return total + self.worth(state.own.tally)
 
     def worth(self, tally: Tally) -> Float[Array, ""]:
         """Returns what was counted comes to."""

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
-from mjxwalk.envs import body_heights, checks, dynamics, edge, motor, observation, trial
+from mjxwalk.envs import body_heights, checks, dynamics, edge, motor, observation
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import SoftContact
 from mjxwalk.envs.derived import anatomy as mjcf_anatomy
@@ -109,15 +109,9 @@ class MjcfEnv(LeggedEnv):
     def __post_init__(self) -> None:
         checks.not_negative(self, "perturbation")
         checks.positive(self, "min_height", "max_pitch", "max_roll", "max_yaw")
-        for name, known in (
-            ("contact_law", ("points", "mujoco")),
-            ("acting", ("target", "torque")),
-            ("gains", ("derived", "file")),
-        ):
-            if getattr(self, name) not in known:
-                raise ValueError(
-                    f'{name} must be "{known[0]}" or "{known[1]}", got "{getattr(self, name)}"'
-                )
+        checks.one_of(self, "contact_law", ("points", "mujoco"))
+        checks.one_of(self, "acting", ("target", "torque"))
+        checks.one_of(self, "gains", ("derived", "file"))
         if self.min_height >= 1.0:
             raise ValueError(
                 f"min_height must be below 1, at which trials start, got {self.min_height:g}"
@@ -166,23 +160,8 @@ class MjcfEnv(LeggedEnv):
         if not self._is_mujocos:
             return super().step(state, action, given)
         self._check_action(action)
-        action, driven = self._full(action), self.anatomy.driven
-        at, after, report = law.step(self, state, action, given)
-        touching = law.of_points(self, report.touching)
-        moved = state._replace(
-            qpos=at.qpos,
-            qvel=at.qvel,
-            touching=touching,
-            ankle_x=report.foot[:, 0],
-            trial=trial.count(
-                self,
-                state.trial,
-                touching=touching,
-                torque=report.torque,
-                rate=at.qvel[driven],
-            ),
-            own=state.own._replace(mujoco=after),
-        )
+        action = self._full(action)
+        moved = law.step(self, state, action, given)
         tally = self.carry_on(state, moved, self._tree.see(state), action, given).tally
         moved = moved._replace(own=moved.own._replace(tally=tally))
         return self._judged(state, moved, given)
@@ -192,9 +171,7 @@ class MjcfEnv(LeggedEnv):
         if not self._is_mujocos:
             return super().ground_forces(state, given)
         idle = self._full(jnp.zeros(len(self.anatomy.motors)))
-        _, _, report = law.step(self, state, idle, given)
-        shares = [1.0 / len(self.anatomy.points_of(leg)) for leg in self.anatomy.legs]
-        return law.of_points(self, report.force * jnp.array(shares)[:, None])
+        return law.ground_forces(self, state, idle, given)
 
     @property
     def _is_mujocos(self) -> bool:
@@ -301,17 +278,8 @@ class MjcfEnv(LeggedEnv):
 
     def fitness(self, state: State, /) -> Float[Array, ""]:
         """Returns what the terms come to."""
-        terms, trial, root = self.terms, state.trial, self.anatomy.root
-        seconds = trial.num_steps * self.timestep
-        far = state.qpos[root.forward]
-        if terms.speed:
-            far = jnp.minimum(far, terms.speed * seconds)
         usual = self.weight * self.stance.height
-        worth = terms.distance * far + terms.alive * seconds
-        if root.sideways is not None:
-            worth += terms.drift * jnp.abs(state.qpos[root.sideways])
-        worth += terms.work * trial.work / usual + terms.torque * trial.torque_cost / usual
-        return worth + terms.worth(state.own.tally)
+        return self.terms.total(state, self.anatomy.root, usual=usual, timestep=self.timestep)
 
     def carry_on(self, state: State, moved: State, now: Instant, action: Any, given: Trial) -> Any:
         """Returns what terms and ends have counted after a step."""

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from mjxwalk.envs import trial
 from mjxwalk.envs.dynamics import PointMass
 from mjxwalk.envs.mujoco_law import model as mujoco_model
 from mjxwalk.envs.mujoco_law import step as mujoco_step
@@ -34,10 +35,8 @@ def begin(
     return mujoco_step.begin(model_of(env), Coordinates(qpos, qvel))
 
 
-def step(
-    env: Any, state: State, action: Any, given: Trial
-) -> tuple[Coordinates, MujocoState, Report]:
-    """Returns where the body is a step later, what MuJoCo carries, and what happened.
+def step(env: Any, state: State, action: Any, given: Trial) -> State:
+    """Returns the walker one physics step later; terms and ends are not counted yet.
 
     Args:
       env: an `MjcfEnv`.
@@ -45,6 +44,42 @@ def step(
       action: an `Action`.
       given: the trial.
     """
+    at, after, report = _stepped(env, state, action, given)
+    touching = _of_points(env, report.touching)
+    return state._replace(
+        qpos=at.qpos,
+        qvel=at.qvel,
+        touching=touching,
+        ankle_x=report.foot[:, 0],
+        trial=trial.count(
+            env,
+            state.trial,
+            touching=touching,
+            torque=report.torque,
+            rate=at.qvel[env.anatomy.driven],
+        ),
+        own=state.own._replace(mujoco=after),
+    )
+
+
+def ground_forces(env: Any, state: State, idle: Any, given: Trial) -> Float[Array, "point 3"]:
+    """Returns the ground's force on each contact point, N; a foot's is shared by its points.
+
+    Args:
+      env: an `MjcfEnv`.
+      state: of the walker.
+      idle: the `Action` that asks for nothing.
+      given: the trial.
+    """
+    _, _, report = _stepped(env, state, idle, given)
+    shares = [1.0 / len(env.anatomy.points_of(leg)) for leg in env.anatomy.legs]
+    return _of_points(env, report.force * jnp.array(shares)[:, None])
+
+
+def _stepped(
+    env: Any, state: State, action: Any, given: Trial
+) -> tuple[Coordinates, MujocoState, Report]:
+    """Returns where the body is a step later, what MuJoCo carries, and what happened."""
     model = model_of(env)
 
     def ground(x: Float[Array, ""], y: Float[Array, ""] | None) -> Under:
@@ -75,7 +110,7 @@ def _burden(env: Any, model: MujocoModel, state: State, given: Trial) -> Burden:
     return Burden(load, push)
 
 
-def of_points(env: Any, of_legs: Any) -> Any:
+def _of_points(env: Any, of_legs: Any) -> Any:
     """Returns a value of each leg as one of each of its contact points."""
     anatomy = env.anatomy
     legs = np.zeros(len(anatomy.points), int)

@@ -31,7 +31,7 @@ def turning(model: MujocoModel, data: Any) -> Float[Array, " row"]:
         return parts[0]
     for kind, rows, anchors in _KINDS:
         for tie in np.flatnonzero(found.eq_type == kind):
-            gained = [_gained(model, data, tie, end, anchors[end]) for end in (0, 1)]
+            gained = [_gained(model, data, int(tie), end, anchors[end]) for end in (0, 1)]
             active = float(found.eq_active0[tie])
             parts += [active * (gained[0] - gained[1]), jnp.zeros(rows - 3)]
     return jnp.concatenate(parts)
