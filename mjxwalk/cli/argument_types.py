@@ -84,6 +84,10 @@ ContactLaw: TypeAlias = Annotated[
     str | None,
     _primitive("|".join(LAWS), _contact_law, " or ".join(LAWS), none=LAWS[0]),
 ]
+OtherContactLaw: TypeAlias = Annotated[
+    str | None,
+    _primitive("|".join(LAWS), _contact_law, " or ".join(LAWS), none="as-evolved"),
+]
 CountOrAll: TypeAlias = Annotated[
     int | None, _primitive("INT|all", _count_or_all, "a whole number or all", none="all")
 ]

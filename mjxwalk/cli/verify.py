@@ -4,7 +4,14 @@ import dataclasses
 from typing import Literal
 
 from mjxwalk import budget, outputs, terminal
-from mjxwalk.cli.argument_types import EngineName, OptionalFile, OptionalFloat, Seed, Source
+from mjxwalk.cli.argument_types import (
+    EngineName,
+    OptionalFile,
+    OptionalFloat,
+    OtherContactLaw,
+    Seed,
+    Source,
+)
 from mjxwalk.errors import RunError
 
 TERRAINS = 20
@@ -26,6 +33,8 @@ class Verify:
       seed: of the terrains.
       engine: what to compare with; as-evolved is the one that evolved the walker.
       roughness: step of the random terrain, m.
+      contact: law under which C MuJoCo walks, another than that of the engine: points, or mujoco
+        for MuJoCo's own contacts.
       json: file to write the figures to; an old one is replaced.
     """
 
@@ -34,6 +43,7 @@ class Verify:
     seed: Seed = 0
     engine: EngineName | Literal["as-evolved"] = "as-evolved"
     roughness: OptionalFloat = None
+    contact: OtherContactLaw = None
     json: OptionalFile = None
 
     def run(self) -> int:
@@ -56,6 +66,7 @@ class Verify:
                 terrains=self.terrains,
                 seed=self.seed,
                 roughness=self.roughness,
+                contact=self.contact,
                 say=terminal.say,
             )
         except ValueError as error:

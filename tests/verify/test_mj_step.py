@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 from mujoco_bodies import SMALL
 
+from mjxwalk import robots
 from mjxwalk.engines import lanes
 from mjxwalk.envs import TRIAL_AXES, Course, MjcfEnv, Payload, Push, Stretches
+from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.mjcf import reader
 from mjxwalk.envs.mujoco_law.settings import MujocoContact
 from mjxwalk.verify import supported
 from mjxwalk.verify.mj_step import MjStep
@@ -65,3 +68,36 @@ def test_other_soil_is_refused_by_name() -> None:
     env = dataclasses.replace(ENV, course=Course(soft=Stretches(factor=0.5)))
     with pytest.raises(ValueError, match="no second law for soft and slippery ground under the"):
         supported.check("a walker", env)
+
+
+def test_coordinates_of_a_body_in_space_come_back_from_mujocos() -> None:
+    text = reader.read(robots.path("berkeley_humanoid")).text
+    env = dataclasses.replace(MjcfEnv.of(text), contact_law="mujoco")
+    rng = np.random.default_rng(4)
+    trials, num = env.level_trials(5), len(env.stance.qpos)
+    qpos = np.asarray(env.stance.qpos) + 0.3 * rng.normal(size=(5, num))
+    qvel = rng.normal(size=(5, num))
+    reference = MjStep(env, qpos, qvel, trials)
+    for walker in range(5):
+        data: Any = reference._datas[walker]  # pyright: ignore[reportPrivateUsage]
+        back = reference._coordinates(data)  # pyright: ignore[reportPrivateUsage]
+        np.testing.assert_allclose(back[0], qpos[walker], atol=1e-12)
+        np.testing.assert_allclose(back[1], qvel[walker], atol=1e-12)
+        # The torso moves as in the tree of the anatomy, whose root has yaw, pitch and roll.
+        tree = env.model.mujoco
+        there = mujoco.MjData(tree)
+        there.qpos[:], there.qvel[:] = qpos[walker], qvel[walker]
+        mujoco.mj_forward(tree, there)
+        mujoco.mj_forward(reference._models[walker], data)  # pyright: ignore[reportPrivateUsage]
+        foot, speeds = env.anatomy.legs[0].foot, []
+        file_foot = foot.removesuffix("_left").removesuffix("_right")
+        np.testing.assert_allclose(data.body(file_foot).xpos, there.body(foot).xpos, atol=1e-9)
+        for model, at, name in (
+            (reference._models[walker], data, file_foot),  # pyright: ignore[reportPrivateUsage]
+            (tree, there, foot),
+        ):
+            velocity = np.zeros(6)
+            number = model.body(name).id
+            mujoco.mj_objectVelocity(model, at, int(mujoco.mjtObj.mjOBJ_BODY), number, velocity, 0)
+            speeds.append(velocity[3:])
+        np.testing.assert_allclose(speeds[-1], speeds[-2], atol=1e-9)
