@@ -28,6 +28,7 @@ ADDED: dict[str, Any] = {
         "course": BY_DEFAULT,
         "push": BY_DEFAULT,
         "payload": BY_DEFAULT,
+        "perturbation": 0.0,
     },
 }
 
