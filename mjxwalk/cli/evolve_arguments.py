@@ -84,6 +84,8 @@ class EvolveArguments(Together, Following):
       roughness: step of the random terrain, m.
       body: MJCF or URDF file of your own body, the name of one that ships (`mjxwalk list`), or a
         run that has one; docs/any-body.md tells more.
+      controller: what decides in an experiment of any body: linear, mlp, recurrent, ctrnn or
+        harmonics; `--set controller.NAME=VALUE` gives it other settings.
       contact: contact law of a body of --body: points, springs and dampers at its feet, or mujoco,
         MuJoCo's own contacts and solver, some ten times slower.
       links: JSON file with the inputs that each network sees besides its own angle, rate and bias.
@@ -106,6 +108,7 @@ class EvolveArguments(Together, Following):
     terrains: OptionalInt = None
     roughness: OptionalFloat = None
     body: Annotated[Path | None, tyro.conf.arg(metavar="FILE|NAME|RUN")] = None
+    controller: OptionalName = None
     contact: ContactLaw = None
     links: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     engine: EngineName = "auto"
@@ -118,8 +121,12 @@ class EvolveArguments(Together, Following):
 
     def __post_init__(self) -> None:
         if not self.experiment:
-            usual = experiments.DEFAULT if self.body is None else experiments.ANY_BODY
+            is_any = self.body is not None or self.controller is not None
+            usual = experiments.ANY_BODY if is_any else experiments.DEFAULT
             object.__setattr__(self, "experiment", usual)
+        if self.experiment == experiments.ANY_BODY:
+            chosen = experiments.CONTROLLERS.get(self.controller or "", self.experiment)
+            object.__setattr__(self, "experiment", chosen)
 
     def check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""
@@ -128,6 +135,7 @@ class EvolveArguments(Together, Following):
         known = [*experiments.names(), *experiments.studies()]
         if self.experiment not in known:
             raise RunError(f"unknown experiment {self.experiment!r}{near(self.experiment, known)}")
+        self._check_controller()
         for flag in ("generations", "population", "terrains", "keep", "save_every"):
             value = getattr(self, flag)
             if isinstance(value, int) and value < 1:
@@ -145,6 +153,21 @@ class EvolveArguments(Together, Following):
                 raise RunError(f"--set {assignment!r} must be UTF-8 text, to be kept in a file")
         if self.experiment in experiments.studies():
             self._check_study()
+
+    def _check_controller(self) -> None:
+        known = experiments.CONTROLLERS
+        if self.controller is None:
+            return
+        if self.controller not in known:
+            raise RunError(
+                f"unknown controller {self.controller!r}{near(self.controller, known)}; known are "
+                f"{', '.join(known)}"
+            )
+        if self.experiment != known[self.controller]:
+            raise RunError(
+                f"--controller chooses among experiments of any body, and {self.experiment} is "
+                f"asked for; leave one of the two"
+            )
 
     def _check_study(self) -> None:
         phases = ", ".join(experiments.phases(self.experiment))

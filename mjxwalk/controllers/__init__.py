@@ -8,6 +8,7 @@ from mjxwalk.controllers.linear_reactive import LinearReactive, Memory, Weights
 from mjxwalk.controllers.mlp import Mlp
 from mjxwalk.controllers.policy import Policy
 from mjxwalk.controllers.recurrent import PatternGenerator
+from mjxwalk.controllers.recurrent_network import RecurrentNetwork
 from mjxwalk.controllers.spatial_reactive import SpatialReactive, SpatialWeights
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "Mlp",
     "PatternGenerator",
     "Policy",
+    "RecurrentNetwork",
     "SpatialReactive",
     "SpatialWeights",
     "Weights",

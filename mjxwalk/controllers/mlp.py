@@ -1,8 +1,8 @@
-"""A multilayer perceptron for any body: senses and a clock, layers of tanh, a number a motor."""
+"""A multilayer perceptron for any body: senses and a clock, hidden layers, a number a motor."""
 
 import dataclasses
 import math
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +13,8 @@ from mjxwalk.controllers.controller import Description
 from mjxwalk.controllers.linear_feedback import CLOCK, described_with_clock, with_clock
 from mjxwalk.controllers.policy import Policy
 
+ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu, "elu": jax.nn.elu}
+EPSILON = 1e-5  # added to a layer's variance, as is usual
 OWN_KEY = 0  # of the first layers' weights, which are the same for every run; ours
 
 
@@ -22,12 +24,14 @@ class Layers(NamedTuple):
     Attributes:
       weights: of each layer [to, from].
       biases: of each layer.
+      gains: of each hidden layer's units after its normalisation; None without that.
       direct: from senses and clock to the motors, past the layers.
       pace: gene of the clock's frequency.
     """
 
     weights: tuple[Float[Array, "to from"], ...]
     biases: tuple[Float[Array, " to"], ...]
+    gains: tuple[Float[Array, " to"], ...] | None
     direct: Float[Array, "row input"]
     pace: Float[Array, ""]
 
@@ -38,13 +42,21 @@ class Mlp(Policy):
 
     Attributes:
       hidden: units of each layer.
+      activation: of the hidden units.
+      layer_norm: whether the sums of each hidden layer are brought to mean 0 and variance 1 before
+        their gains and biases (Ba, Kiros & Hinton 2016).
     """
 
     hidden: tuple[int, ...] = (32, 32)
+    activation: Literal["tanh", "relu", "elu"] = "tanh"
+    layer_norm: bool = False
 
     def __post_init__(self) -> None:
         if not self.hidden or not all(0 < units <= 4096 for units in self.hidden):
             raise ValueError(f"hidden must be units from 1 to 4,096 a layer, got {self.hidden}")
+        if self.activation not in ACTIVATIONS:
+            known = ", ".join(ACTIVATIONS)
+            raise ValueError(f'activation must be one of {known}, got "{self.activation}"')
         super().__post_init__()
 
     def template(self) -> Layers:
@@ -62,6 +74,7 @@ class Mlp(Policy):
         return Layers(
             tuple(weights),
             tuple(jnp.zeros(to) for to in sizes[1:]),
+            tuple(jnp.ones(to) for to in self.hidden) if self.layer_norm else None,
             jnp.asarray(direct),
             jnp.zeros(()),
         )
@@ -80,8 +93,17 @@ class Mlp(Policy):
     ) -> tuple[Any, Float[Array, "2 row"]]:
         """Returns no memory, and the last layer's sums with those of the direct weights."""
         inputs = with_clock(seen, phase)
-        values = inputs
-        for weights, bias in zip(genotype.weights[:-1], genotype.biases[:-1], strict=True):
-            values = jnp.tanh(values @ weights.T + bias)
+        values, activate = inputs, ACTIVATIONS[self.activation]
+        for layer, weights in enumerate(genotype.weights[:-1]):
+            sums = values @ weights.T
+            if genotype.gains is not None:
+                sums = genotype.gains[layer] * _normalised(sums)
+            values = activate(sums + genotype.biases[layer])
         last = values @ genotype.weights[-1].T + genotype.biases[-1]
         return memory, last + inputs @ genotype.direct.T
+
+
+def _normalised(sums: Float[Array, "2 unit"]) -> Float[Array, "2 unit"]:
+    """Returns the sums of a layer with mean 0 and variance 1 over its units."""
+    off = sums - jnp.mean(sums, axis=1, keepdims=True)
+    return off / jnp.sqrt(jnp.mean(off**2, axis=1, keepdims=True) + EPSILON)

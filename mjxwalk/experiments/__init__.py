@@ -2,6 +2,7 @@
 
 from mjxwalk.experiments.registry import (
     ANY_BODY,
+    CONTROLLERS,
     DEFAULT,
     get,
     get_study,
@@ -14,6 +15,7 @@ from mjxwalk.experiments.stored import from_data, of_run
 
 __all__ = [
     "ANY_BODY",
+    "CONTROLLERS",
     "DEFAULT",
     "from_data",
     "get",

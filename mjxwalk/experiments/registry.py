@@ -17,6 +17,14 @@ if TYPE_CHECKING:
 
 DEFAULT = "planar-lpd"
 ANY_BODY = "walk"  # what a body evolves in where no experiment is named
+# Experiments of any body by what decides in them.
+CONTROLLERS = {
+    "linear": ANY_BODY,
+    "mlp": "walk-mlp",
+    "recurrent": "walk-recurrent",
+    "ctrnn": "walk-ctrnn",
+    "harmonics": "walk-harmonics",
+}
 
 
 class Entry(NamedTuple):
@@ -43,6 +51,9 @@ EXPERIMENTS = {
         ".walk", "WALK", "any body (--body FILE or NAME), linear feedback to joint targets"
     ),
     "walk-mlp": Entry(".walk", "WALK_MLP", "the same, by a perceptron of two hidden layers"),
+    "walk-recurrent": Entry(
+        ".walk", "WALK_RECURRENT", "the same, by a recurrent network, gated or Elman's"
+    ),
     "walk-harmonics": Entry(".walk", "WALK_HARMONICS", "the same, by harmonics of a clock alone"),
     "walk-ctrnn": Entry(".walk", "WALK_CTRNN", "the same, by a recurrent pattern generator"),
     "planar-lpd": Entry(".solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),

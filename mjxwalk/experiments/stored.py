@@ -30,6 +30,7 @@ ADDED: dict[str, Any] = {
         "payload": BY_DEFAULT,
         "perturbation": 0.0,
     },
+    "controller": {"activation": "tanh", "layer_norm": False},
 }
 
 

@@ -7,7 +7,14 @@ import dataclasses
 from typing import Any, Literal
 
 from mjxwalk import robots
-from mjxwalk.controllers import Harmonics, LinearFeedback, Mlp, PatternGenerator, Policy
+from mjxwalk.controllers import (
+    Harmonics,
+    LinearFeedback,
+    Mlp,
+    PatternGenerator,
+    Policy,
+    RecurrentNetwork,
+)
 from mjxwalk.envs import MjcfEnv
 from mjxwalk.envs.derived import defaults
 from mjxwalk.envs.mjcf import reader
@@ -99,5 +106,6 @@ def _by(name: str, policy: Policy) -> Experiment:
 
 WALK = of_body(reader.read(robots.path(USUAL_BODY)).text)
 WALK_MLP = _by(f"{NAME}-mlp", Mlp())
+WALK_RECURRENT = _by(f"{NAME}-recurrent", RecurrentNetwork())
 WALK_HARMONICS = _by(f"{NAME}-harmonics", Harmonics())
 WALK_CTRNN = _by(f"{NAME}-ctrnn", PatternGenerator())

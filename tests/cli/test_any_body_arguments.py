@@ -196,3 +196,23 @@ def test_a_run_tells_the_command_that_makes_it_again(
     program, command, *again = shlex.split(repeating.command(run, made.experiment))
     assert (program, command) == ("mjxwalk", "evolve")
     assert chosen(*again).experiment == made.experiment
+
+
+@pytest.mark.parametrize("name", ["linear", "mlp", "recurrent", "ctrnn", "harmonics"])
+def test_a_controller_chooses_the_experiment_of_any_body(name: str) -> None:
+    experiment = chosen("--body", str(TOY), "--controller", name).experiment
+    assert experiment.name == ("walk" if name == "linear" else f"walk-{name}")
+    assert experiment.env.body == chosen("--body", str(TOY)).experiment.env.body
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("--controller", "mpl"), "unknown controller 'mpl'; did you mean mlp?"),
+        (("planar-lpd", "--controller", "mlp"), "and planar-lpd is asked for"),
+        (("walk-mlp", "--controller", "linear"), "and walk-mlp is asked for"),
+    ],
+)
+def test_a_wrong_controller_is_refused(words: tuple[str, ...], complaint: str, capsys: Any) -> None:
+    assert main(["evolve", *words]) == 2
+    assert complaint in " ".join(capsys.readouterr().err.split())

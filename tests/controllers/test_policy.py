@@ -10,7 +10,14 @@ import numpy as np
 import pytest
 
 from mjxwalk import robots
-from mjxwalk.controllers import Harmonics, LinearFeedback, Mlp, PatternGenerator, Policy
+from mjxwalk.controllers import (
+    Harmonics,
+    LinearFeedback,
+    Mlp,
+    PatternGenerator,
+    Policy,
+    RecurrentNetwork,
+)
 from mjxwalk.envs import BodyObservation, MjcfEnv
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.mjcf import reader
@@ -20,6 +27,9 @@ H1 = MjcfEnv.of(reader.read(robots.path("h1")).text, max_time=0.1)
 POLICIES: list[Policy] = [
     LinearFeedback(moved="all", rates=True),
     Mlp(moved="all", hidden=(5,)),
+    Mlp(moved="all", hidden=(5, 4), activation="elu", layer_norm=True),
+    RecurrentNetwork(moved="all", cell="elman", units=5),
+    RecurrentNetwork(moved="all", units=5),
     Harmonics(moved="all"),
     PatternGenerator(moved="all"),
 ]
@@ -174,10 +184,24 @@ def test_rolls_out_on_a_planar_body(policy: Policy) -> None:
     [
         (LinearFeedback, {"period": 0.0}, "period"),
         (Mlp, {"hidden": ()}, "hidden"),
+        (RecurrentNetwork, {"units": 0}, "units"),
         (Harmonics, {"harmonics": 0}, "harmonics"),
         (PatternGenerator, {"neurons": 1}, "neurons"),
     ],
 )
 def test_wrong_settings_are_refused(kind: Any, changes: Any, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        kind(**changes)
+
+
+@pytest.mark.usefixtures("unchecked_types")
+@pytest.mark.parametrize(
+    ("kind", "changes", "words"),
+    [
+        (Mlp, {"activation": "sine"}, "activation must be one of tanh, relu, elu"),
+        (RecurrentNetwork, {"cell": "lstm"}, 'cell must be "elman" or "gru", got "lstm"'),
+    ],
+)
+def test_words_that_are_not_known_are_refused(kind: Any, changes: Any, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         kind(**changes)

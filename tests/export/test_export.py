@@ -25,6 +25,7 @@ from mjxwalk.controllers.linear_feedback import LinearFeedback
 from mjxwalk.controllers.mlp import Mlp
 from mjxwalk.controllers.rayleigh_walker import RayleighWalker
 from mjxwalk.controllers.recurrent import PatternGenerator
+from mjxwalk.controllers.recurrent_network import RecurrentNetwork
 from mjxwalk.envs import Flame, MjcfEnv, Planar7, Reil
 from mjxwalk.envs.trees import GRAVITY
 from mjxwalk.export import body, contract, controllers, sto, trajectory
@@ -43,6 +44,8 @@ CASES: dict[str, tuple[Any, Any]] = {
     "numbers": (H1, LinearFeedback(rates=True, period=0.005).on(H1)),
     "numbers in the plane": (WALKER2D, LinearFeedback(moved="all").on(WALKER2D)),
     "perceptron": (WALKER2D, Mlp(hidden=(5,)).on(WALKER2D)),
+    "normalised": (WALKER2D, Mlp(hidden=(5,), activation="relu", layer_norm=True).on(WALKER2D)),
+    "gated": (WALKER2D, RecurrentNetwork(units=4).on(WALKER2D)),
     "harmonics": (WALKER2D, Harmonics().on(WALKER2D)),
     "generator": (WALKER2D, PatternGenerator().on(WALKER2D)),
 }
