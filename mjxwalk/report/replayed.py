@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 
 from mjxwalk import shell
+from mjxwalk.envs.anatomy import anatomy_of
 from mjxwalk.player import page, recording, shown_walkers
 from mjxwalk.player.recording import Take
 from mjxwalk.player.shown_walkers import ShownWalkers
@@ -21,7 +22,7 @@ def section(
     seed: int,
     say: Callable[[str], None],
 ) -> Section | None:
-    """Returns the replay of the winner that falls least; None where there is no winner.
+    """Returns the replay of the winner that falls least; None where there is none to be shown.
 
     Args:
       variants: by phase, in their order; the last that was recorded is shown, of bodies that cannot
@@ -30,7 +31,9 @@ def section(
       seed: of the terrain.
       say: is told what begins.
     """
-    names = [name for name in variants if name in recorded] or list(variants)
+    names = [name for name in variants if name in recorded] or [
+        name for name, phases in variants.items() if _has_anatomy(phases[0])
+    ]
     if not names:
         return None
     name = names[-1]
@@ -62,3 +65,7 @@ def section(
 def _shown(phase: Phase) -> ShownWalkers:
     shown = shown_walkers.of_walker(phase.walker)
     return dataclasses.replace(shown, source=phase.label, experiment=phase.experiment.as_tested())
+
+
+def _has_anatomy(phase: Phase) -> bool:
+    return anatomy_of(getattr(phase.experiment, "env", None)) is not None

@@ -66,7 +66,7 @@ def test_ten_runs_are_averaged() -> None:
     outline = report(*names)
     assert "toy, 10 runs" in outline.text
     best = [pd.read_json(f"{n}/metrics.jsonl", lines=True)["best_fitness"] for n in names]
-    drawn = pd.read_csv("report/figure-4a.csv")
+    drawn = pd.read_csv("report/fitness.csv")
     assert drawn["fittest_m"].tolist() == pytest.approx(
         pd.concat(best, axis=1).mean(axis=1).tolist()
     )
@@ -93,7 +93,7 @@ def test_a_study_is_reported_phase_by_phase(study: Path) -> None:
         "toys/near",
         "toys/pruned",
     ]
-    phases = pd.read_csv("page/figure-4a.csv")["phase"].unique().tolist()
+    phases = pd.read_csv("page/fitness.csv")["phase"].unique().tolist()
     assert phases == ["zero", "near", "pruned: pruning", "after"]
     assert "mjxwalk evolve toys --seed 3" in outline.text
 
@@ -111,7 +111,7 @@ def test_a_study_and_one_of_its_phases_alone_are_averaged(study: Path) -> None:
     args = ["evolve", "toys/near", "--from", str(study / "1-zero"), "--seed", "8"]
     assert main([*args, "--out", "near"]) == 0
     report(str(study), "near")
-    near = pd.read_csv("report/figure-4a.csv").query("phase == 'near'")
+    near = pd.read_csv("report/fitness.csv").query("phase == 'near'")
     assert set(near["runs"]) == {2}
 
 
