@@ -46,8 +46,10 @@ def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
         return [f"{what}: {experiment.describe()}, {size}, in {path}", engine]
     trials = "trial" if experiment.terrains_per_evaluation == 1 else "trials"
     how_long = f"{experiment.generations} generations"
-    if experiment.goal.trials:
-        how_long = f"until {experiment.goal.trials} trials end without a fall, at most {how_long}"
+    goal = experiment.goal
+    if goal.trials:
+        share = "" if goal.share == 1.0 else f"{100 * goal.share:g} % of "
+        how_long = f"until {share}{goal.trials} trials end without a fall, at most {how_long}"
     elif experiment.pruning is not None:
         how_long = f"until pruning costs too much, at most {how_long}"
     lines = [

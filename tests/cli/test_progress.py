@@ -127,6 +127,7 @@ def test_the_opening_names_the_body_that_a_file_gave() -> None:
         ),
     )
     told = opening(Path("a"), dataclasses.replace(settings, experiment=unnamed), EVALUATOR)
+    assert "until 95 % of 64 trials end without a fall, at most 600 generations" in told[0]
     assert told[0].startswith("evolving walk, seed ")
 
 
