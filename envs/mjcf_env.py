@@ -150,9 +150,8 @@ class MjcfEnv(LeggedEnv):
         trials = super().equipped(key, trials)
         if not self.perturbation:
             return trials
-        shape = (trials.num, len(self.START_DEPARTURES))
-        draws = jax.random.uniform(jax.random.fold_in(key, START), shape, minval=-1.0, maxval=1.0)
-        return trials._replace(start=self.perturbation * draws)
+        _, trials = self.perturbed(jax.random.fold_in(key, START), trials)
+        return trials._replace(start=self.perturbation * trials.start)
 
     @edge.takes_arrays
     def step(self, state: State, action: Any, given: Trial) -> State:

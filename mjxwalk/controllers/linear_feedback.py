@@ -33,10 +33,7 @@ class LinearFeedback(Policy):
 
     def template(self) -> FeedbackWeights:
         """Returns weights of a walker that lifts its legs in turn and feels nothing."""
-        num = len(self.layout.inputs)
-        weights = np.zeros((len(self.rows), num + len(CLOCK)), np.float32)
-        weights[:, num] = self.lift
-        return FeedbackWeights(jnp.asarray(weights), jnp.zeros(len(self.rows)), jnp.zeros(()))
+        return FeedbackWeights(lifting(self), jnp.zeros(len(self.rows)), jnp.zeros(()))
 
     def respond(
         self,
@@ -52,6 +49,14 @@ class LinearFeedback(Policy):
     def describe(self) -> Description:
         """Returns the columns and the rows of the weights."""
         return described_with_clock(super().describe())
+
+
+def lifting(policy: Policy) -> Float[Array, "row input"]:
+    """Returns weights of senses and clock that lift a policy's legs in turn and feel nothing."""
+    num = len(policy.layout.inputs)
+    weights = np.zeros((len(policy.rows), num + len(CLOCK)), np.float32)
+    weights[:, num] = policy.lift
+    return jnp.asarray(weights)
 
 
 def described_with_clock(description: Description) -> Description:

@@ -6,11 +6,10 @@ from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from mjxwalk.controllers.controller import Description
-from mjxwalk.controllers.linear_feedback import CLOCK, described_with_clock, with_clock
+from mjxwalk.controllers.linear_feedback import CLOCK, described_with_clock, lifting, with_clock
 from mjxwalk.controllers.policy import Policy
 
 ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu, "elu": jax.nn.elu}
@@ -69,13 +68,11 @@ class Mlp(Policy):
             for key, of, to in zip(keys, sizes[:-1], sizes[1:], strict=True)
         ]
         weights[-1] = jnp.zeros_like(weights[-1])
-        direct = np.zeros((len(self.rows), inputs), np.float32)
-        direct[:, -len(CLOCK)] = self.lift
         return Layers(
             tuple(weights),
             tuple(jnp.zeros(to) for to in sizes[1:]),
             tuple(jnp.ones(to) for to in self.hidden) if self.layer_norm else None,
-            jnp.asarray(direct),
+            lifting(self),
             jnp.zeros(()),
         )
 

@@ -6,11 +6,10 @@ from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from mjxwalk.controllers.controller import Description
-from mjxwalk.controllers.linear_feedback import CLOCK, described_with_clock, with_clock
+from mjxwalk.controllers.linear_feedback import CLOCK, described_with_clock, lifting, with_clock
 from mjxwalk.controllers.policy import Policy
 from mjxwalk.envs.checks import count
 
@@ -67,14 +66,12 @@ class RecurrentNetwork(Policy):
         seen, rows = len(self.layout.inputs) + len(CLOCK), len(self.rows)
         sums = GATES[self.cell] * self.units
         of_inputs, of_units = jax.random.split(jax.random.key(OWN_KEY))
-        direct = np.zeros((rows, seen), np.float32)
-        direct[:, -len(CLOCK)] = self.lift
         return RecurrentWeights(
             inputs=jax.random.normal(of_inputs, (sums, seen)) / math.sqrt(seen),
             units=jax.random.normal(of_units, (sums, self.units)) / math.sqrt(self.units),
             bias=jnp.zeros(sums),
             outputs=jnp.zeros((rows, self.units)),
-            direct=jnp.asarray(direct),
+            direct=lifting(self),
             centre=jnp.zeros(rows),
             pace=jnp.zeros(()),
         )

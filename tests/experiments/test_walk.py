@@ -50,7 +50,7 @@ def test_another_body_brings_its_own_settings_and_keeps_the_rest() -> None:
     assert changed.env.terms.speed != usual.env.terms.speed
     motors = [motor.name for motor in changed.env.anatomy.motors]
     assert list(changed.controller.layout.outputs) == motors
-    # From the command to the goal: who walks as fast as is wanted gets there in time.
+    # From the command to the goal: a walker at the wanted speed covers the distance in its time.
     assert changed.env.terms.speed * changed.env.max_time > changed.goal.distance
 
 
