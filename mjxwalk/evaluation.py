@@ -6,6 +6,7 @@ import jax
 import numpy as np
 
 from mjxwalk import engines
+from mjxwalk.controllers.normalisation import Sums
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import TRIAL_AXES, Trial, Trials
 from mjxwalk.rollout import Outcome
@@ -14,7 +15,9 @@ from mjxwalk.rollout import Outcome
 # compile once for most numbers of terrains.
 TABLE_ROWS = 512
 
-OUTCOME = Outcome._make(range(len(Outcome._fields)))  # what a rollout returns, as a tree
+# What a rollout returns, as a tree: of most controllers, and of those that normalise their senses.
+OUTCOME = Outcome._make([*range(8), None])
+OUTCOME_AND_SENSED = OUTCOME._replace(sensed=Sums._make([8, 9, 10]))
 
 
 @runtime_checkable
@@ -39,7 +42,8 @@ class Evaluator:
         choice = engines.choose(engine)
         self.engine, self.why = choice.name, choice.why
         self.devices = choice.engine.devices()
-        self._mapped = choice.engine.vmap(task.rollout, (0, TRIAL_AXES), results=OUTCOME)
+        results = OUTCOME if _nothing_known(task) is None else OUTCOME_AND_SENSED
+        self._mapped = choice.engine.vmap(task.rollout, (0, TRIAL_AXES), results=results)
 
     @property
     def compile_s(self) -> float:
@@ -76,7 +80,18 @@ class Evaluator:
                 what = "genotypes" if name == "population" else "trials"
                 raise ValueError(f"{name} must have {what} in front of all leaves, got {shapes}")
         outcome = self._mapped(*_laid_out(population, trials))
-        return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(-1, trials.num), outcome)
+        return jax.tree.map(lambda leaf: _of_trials(np.asarray(leaf), trials.num), outcome)
+
+
+def _nothing_known(task: Any) -> Any:
+    """Returns what the task's controller knows of its senses at first; None of one without."""
+    controller = getattr(task, "controller", None)
+    return None if controller is None else controller.nothing_known()
+
+
+def _of_trials(values: np.ndarray, num: int) -> np.ndarray:
+    """Returns values of walkers as [pop, trial, ...]."""
+    return values.reshape(-1, num, *values.shape[1:])
 
 
 def _laid_out(population: Any, trials: Trials) -> tuple[Any, Trial]:

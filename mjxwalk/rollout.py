@@ -55,6 +55,8 @@ class Outcome(NamedTuple):
       torque_cost: integral of the joints' summed absolute torque, N m s.
       work: integral of the joints' summed absolute power, J.
       steps: of the physics.
+      sensed: `mjxwalk.controllers.normalisation.Sums` of what it sensed; None of a controller that
+        does not normalise its senses.
     """
 
     fitness: Float[Array, "*batch"]
@@ -65,6 +67,7 @@ class Outcome(NamedTuple):
     torque_cost: Float[Array, "*batch"]
     work: Float[Array, "*batch"]
     steps: Int[Array, "*batch"]
+    sensed: Any = None
 
 
 @runtime_checkable
@@ -114,7 +117,8 @@ def rollout(env: Environment, controller: Controller, genotype: Any, given: Any)
     def step(walk: Walk) -> Walk:
         return advance(env, controller, genotype, given, walk)
 
-    state = jax.lax.while_loop(walking, step, start(env, controller, genotype, given)).state
+    end = jax.lax.while_loop(walking, step, start(env, controller, genotype, given))
+    state = end.state
     trial: TrialState = state.trial
     return Outcome(
         fitness=env.fitness(state),
@@ -125,4 +129,5 @@ def rollout(env: Environment, controller: Controller, genotype: Any, given: Any)
         torque_cost=trial.torque_cost,
         work=trial.work,
         steps=trial.num_steps,
+        sensed=controller.sensed(end.memory),
     )

@@ -88,6 +88,18 @@ class Controller(abc.ABC):
         """
         return jax.tree.map(lambda leaf: jnp.zeros(jnp.shape(leaf), int), self.template())
 
+    def nothing_known(self) -> Any:
+        """Returns what is known of the senses at first, as part of genotypes.
+
+        None of a controller that does not normalise its senses; see `controllers.normalisation`.
+        """
+        return None
+
+    def sensed(self, memory: Any, /) -> Any:
+        """Returns what was sensed in a trial, by its memory at the end; None as above."""
+        del memory
+        return None
+
     def weight_table(self, genotype: Any) -> list[tuple[str, str, str, float]]:
         """Returns a genotype as rows of weight set, network, input and value.
 

@@ -46,7 +46,7 @@ class Harmonics(Policy):
         count(self, "harmonics")
         super().__post_init__()
 
-    def template(self) -> Swing:
+    def weights(self) -> Swing:
         """Returns a walker that lifts its legs in turn: the series of half a sine."""
         lift = np.array(self.lift, np.float32)[:, None]
         order = np.arange(1, self.harmonics + 1)
@@ -60,6 +60,11 @@ class Harmonics(Policy):
             jnp.zeros(()),
         )
 
+    @property
+    def sees_clock(self) -> bool:
+        """Whether it sees a clock: nothing else."""
+        return True
+
     def describe(self) -> Description:
         """Returns the rows of the series, which read no senses."""
         return super().describe()._replace(inputs=())
@@ -68,10 +73,10 @@ class Harmonics(Policy):
         self,
         genotype: Swing,
         memory: Any,
-        seen: Float[Array, "2 input"],
-        phase: Float[Array, "2"],
+        seen: Float[Array, "side input"],
+        phase: Float[Array, " side"],
         /,
-    ) -> tuple[Any, Float[Array, "2 row"]]:
+    ) -> tuple[Any, Float[Array, "side row"]]:
         """Returns no memory, and the series at the clock's phase."""
         del seen
         angles = phase[:, None] * np.arange(1, self.harmonics + 1, dtype=np.float32)

@@ -15,14 +15,16 @@ ROTATION, SPEED, RATE = 5.0, 1.0, 10.0  # rad/s, m/s and rad/s of a body of 1 m 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Layout:
-    """The senses that a policy reads and the motors that it moves; each has a mirror partner.
+    """The senses that a policy reads and the motors that it moves.
+
+    Of a body with sides each has a mirror partner.
 
     Attributes:
       inputs: names of the senses.
       places: of the senses in the observation, its fields one after the other.
       centre: what is taken off each.
       scale: what each is then divided by.
-      input_mirror: place of each sense's partner, of left and right changed.
+      input_mirror: place of each sense's partner, of left and right changed; () without sides.
       input_sign: that the partner's value is multiplied by.
       outputs: names of the motors that are moved.
       motors: their places in an action.
@@ -33,6 +35,7 @@ class Layout:
         knee bent, foot level; 0 of others.
       time: that a fall from the height of the root needs, over the square root of two, s.
       every: steps of the physics from one action to the next.
+      timed: whether the observation says the time, as `time`.
     """
 
     inputs: tuple[str, ...] = ()
@@ -49,6 +52,12 @@ class Layout:
     lift: tuple[float, ...] = ()
     time: float = 0.3
     every: int = 1
+    timed: bool = True
+
+    @property
+    def sides(self) -> int:
+        """Two, left and right, or one where everything is a policy's own."""
+        return 2 if self.input_mirror else 1
 
     def read(self, observation: Any) -> Float[Array, " input"]:
         """Returns the scaled senses of an observation."""
@@ -64,6 +73,32 @@ class Layout:
     def action(self, outputs: Float[Array, " output"]) -> Float[Array, " motor"]:
         """Returns numbers from -1 to 1 for all motors; those not moved have 0."""
         return jnp.zeros(self.num_motors).at[np.array(self.motors)].set(outputs)
+
+
+def of_task(env: Any) -> Layout:
+    """Returns the layout of an environment whose observation is an array of numbers.
+
+    Raises:
+      ValueError: it does not name its observations and actions.
+    """
+    names = [getattr(env, f"{kind}_names", ()) for kind in ("observation", "action")]
+    if not all(names):
+        raise ValueError(
+            f"{type(env).__name__} must have observation_names and action_names, or be of a body's "
+            "file, for a policy to know what it sees and moves"
+        )
+    seen, moved = names
+    return Layout(
+        inputs=tuple(seen),
+        places=tuple(range(len(seen))),
+        centre=(0.0,) * len(seen),
+        scale=(1.0,) * len(seen),
+        outputs=tuple(moved),
+        motors=tuple(range(len(moved))),
+        num_motors=len(moved),
+        lift=(0.0,) * len(moved),
+        timed=False,
+    )
 
 
 def of_body(env: Any, *, moved: str, rates: bool, period: float) -> Layout:

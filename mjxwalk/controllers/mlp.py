@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from mjxwalk.controllers import clock
 from mjxwalk.controllers.controller import Description
-from mjxwalk.controllers.linear_feedback import CLOCK, described_with_clock, lifting, with_clock
 from mjxwalk.controllers.policy import Policy
 
 ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu, "elu": jax.nn.elu}
@@ -58,9 +58,9 @@ class Mlp(Policy):
             raise ValueError(f'activation must be one of {known}, got "{self.activation}"')
         super().__post_init__()
 
-    def template(self) -> Layers:
+    def weights(self) -> Layers:
         """Returns a walker that lifts its legs in turn; its last layer says nothing."""
-        inputs = len(self.layout.inputs) + len(CLOCK)
+        inputs = clock.num_inputs(self)
         sizes = (inputs, *self.hidden, len(self.rows))
         keys = jax.random.split(jax.random.key(OWN_KEY), len(sizes) - 1)
         weights = [
@@ -72,35 +72,35 @@ class Mlp(Policy):
             tuple(weights),
             tuple(jnp.zeros(to) for to in sizes[1:]),
             tuple(jnp.ones(to) for to in self.hidden) if self.layer_norm else None,
-            lifting(self),
+            clock.lifting(self),
             jnp.zeros(()),
         )
 
     def describe(self) -> Description:
         """Returns the columns of the first layer and of the direct weights, and the last rows."""
-        return described_with_clock(super().describe())
+        return clock.described(self, super().describe())
 
     def respond(
         self,
         genotype: Layers,
         memory: Any,
-        seen: Float[Array, "2 input"],
-        phase: Float[Array, "2"],
+        seen: Float[Array, "side input"],
+        phase: Float[Array, " side"],
         /,
-    ) -> tuple[Any, Float[Array, "2 row"]]:
+    ) -> tuple[Any, Float[Array, "side row"]]:
         """Returns no memory, and the last layer's sums with those of the direct weights."""
-        inputs = with_clock(seen, phase)
-        values, activate = inputs, ACTIVATIONS[self.activation]
+        seen = clock.inputs(self, seen, phase)
+        values, activate = seen, ACTIVATIONS[self.activation]
         for layer, weights in enumerate(genotype.weights[:-1]):
             sums = values @ weights.T
             if genotype.gains is not None:
                 sums = genotype.gains[layer] * _normalised(sums)
             values = activate(sums + genotype.biases[layer])
         last = values @ genotype.weights[-1].T + genotype.biases[-1]
-        return memory, last + inputs @ genotype.direct.T
+        return memory, last + seen @ genotype.direct.T
 
 
-def _normalised(sums: Float[Array, "2 unit"]) -> Float[Array, "2 unit"]:
+def _normalised(sums: Float[Array, "side unit"]) -> Float[Array, "side unit"]:
     """Returns the sums of a layer with mean 0 and variance 1 over its units."""
     off = sums - jnp.mean(sums, axis=1, keepdims=True)
     return off / jnp.sqrt(jnp.mean(off**2, axis=1, keepdims=True) + EPSILON)

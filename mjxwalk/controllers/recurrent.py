@@ -66,11 +66,12 @@ class PatternGenerator(Policy):
             raise ValueError(f"neurons must be 2 at least, which oscillate, got {self.neurons}")
         super().__post_init__()
 
-    def template(self) -> Generator:
+    def weights(self) -> Generator:
         """Returns a walker that lifts its legs in turn and feels nothing."""
         num, rows = self.neurons, len(self.rows)
         weights, crossed = np.zeros((2, num, num), np.float32)
-        weights[:2, :2], crossed[0, 0] = OSCILLATOR, CROSSED
+        weights[:2, :2] = OSCILLATOR
+        crossed[0, 0] = CROSSED if self.layout.sides == 2 else 0.0
         bias = np.zeros(num, np.float32)
         bias[:2] = BIAS
         motors = np.zeros((rows, num), np.float32)
@@ -80,24 +81,28 @@ class PatternGenerator(Policy):
         made = [jnp.asarray(part, jnp.float32) for part in (*parts, motors, centre)]
         return Generator(*made)
 
-    def mask(self) -> Generator:
-        """Returns which weights are there: those from senses only where it feels."""
-        every = jax.tree.map(lambda leaf: jnp.ones(leaf.shape, bool), self.template())
-        return every._replace(senses=jnp.full(every.senses.shape, self.feels))
+    def present(self) -> Generator:
+        """Returns which weights are there: of senses if it feels, and across between sides."""
+        every = super().present()
+        return every._replace(
+            senses=jnp.full(every.senses.shape, self.feels),
+            crossed=jnp.full(every.crossed.shape, self.layout.sides == 2),
+        )
 
-    def recall(self, genotype: Any, /) -> Float[Array, "2 neuron"]:
+    def recall(self, genotype: Any, /) -> Float[Array, "side neuron"]:
         """Returns the neurons' states at the start, sides half a period apart."""
         del genotype
-        return jnp.zeros((2, self.neurons)).at[:, :2].set(START)
+        sides = self.layout.sides
+        return jnp.zeros((sides, self.neurons)).at[:, :2].set(START[:sides])
 
     def respond(
         self,
         genotype: Generator,
-        memory: Float[Array, "2 neuron"],
-        seen: Float[Array, "2 input"],
-        phase: Float[Array, "2"],
+        memory: Float[Array, "side neuron"],
+        seen: Float[Array, "side input"],
+        phase: Float[Array, " side"],
         /,
-    ) -> tuple[Float[Array, "2 neuron"], Float[Array, "2 row"]]:
+    ) -> tuple[Float[Array, "side neuron"], Float[Array, "side row"]]:
         """Returns the neurons' states one action later, and what they ask for."""
         del phase
         usual = self.layout.time / (PACE * OSCILLATION)

@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from mjxwalk.controllers import clock
 from mjxwalk.controllers.controller import Description
-from mjxwalk.controllers.linear_feedback import CLOCK, described_with_clock, lifting, with_clock
 from mjxwalk.controllers.policy import Policy
 from mjxwalk.envs.checks import count
 
@@ -61,53 +61,53 @@ class RecurrentNetwork(Policy):
             raise ValueError(f"units must be at most {MOST_UNITS:,}, got {self.units}")
         super().__post_init__()
 
-    def template(self) -> RecurrentWeights:
+    def weights(self) -> RecurrentWeights:
         """Returns a walker that lifts its legs in turn; its units drive nothing."""
-        seen, rows = len(self.layout.inputs) + len(CLOCK), len(self.rows)
+        num_seen, rows = clock.num_inputs(self), len(self.rows)
         sums = GATES[self.cell] * self.units
         of_inputs, of_units = jax.random.split(jax.random.key(OWN_KEY))
         return RecurrentWeights(
-            inputs=jax.random.normal(of_inputs, (sums, seen)) / math.sqrt(seen),
+            inputs=jax.random.normal(of_inputs, (sums, num_seen)) / math.sqrt(num_seen),
             units=jax.random.normal(of_units, (sums, self.units)) / math.sqrt(self.units),
             bias=jnp.zeros(sums),
             outputs=jnp.zeros((rows, self.units)),
-            direct=lifting(self),
+            direct=clock.lifting(self),
             centre=jnp.zeros(rows),
             pace=jnp.zeros(()),
         )
 
     def describe(self) -> Description:
         """Returns the columns of the first and of the direct weights, and the last rows."""
-        return described_with_clock(super().describe())
+        return clock.described(self, super().describe())
 
-    def recall(self, genotype: Any, /) -> Float[Array, "2 unit"]:
+    def recall(self, genotype: Any, /) -> Float[Array, "side unit"]:
         """Returns units that remember nothing."""
         del genotype
-        return jnp.zeros((2, self.units))
+        return jnp.zeros((self.layout.sides, self.units))
 
     def respond(
         self,
         genotype: RecurrentWeights,
-        memory: Float[Array, "2 unit"],
-        seen: Float[Array, "2 input"],
-        phase: Float[Array, "2"],
+        memory: Float[Array, "side unit"],
+        seen: Float[Array, "side input"],
+        phase: Float[Array, " side"],
         /,
-    ) -> tuple[Float[Array, "2 unit"], Float[Array, "2 row"]]:
+    ) -> tuple[Float[Array, "side unit"], Float[Array, "side row"]]:
         """Returns the units one action later, and what they and the direct weights ask for."""
-        inputs = with_clock(seen, phase)
-        given = inputs @ genotype.inputs.T + genotype.bias
+        seen = clock.inputs(self, seen, phase)
+        given = seen @ genotype.inputs.T + genotype.bias
         if self.cell == "elman":
             state = jnp.tanh(given + memory @ genotype.units.T)
         else:
             state = self._gated(genotype, memory, given)
-        return state, state @ genotype.outputs.T + inputs @ genotype.direct.T + genotype.centre
+        return state, state @ genotype.outputs.T + seen @ genotype.direct.T + genotype.centre
 
     def _gated(
         self,
         genotype: RecurrentWeights,
-        memory: Float[Array, "2 unit"],
-        given: Float[Array, "2 gate_unit"],
-    ) -> Float[Array, "2 unit"]:
+        memory: Float[Array, "side unit"],
+        given: Float[Array, "side gate_unit"],
+    ) -> Float[Array, "side unit"]:
         """Returns a GRU's units one action later; `given` is what senses and biases bring."""
         num = self.units
         gates = jax.nn.sigmoid(given[:, : 2 * num] + memory @ genotype.units[: 2 * num].T)

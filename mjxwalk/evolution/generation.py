@@ -17,10 +17,11 @@ from jaxtyping import Bool, Float, Int, PRNGKeyArray
 from mjxwalk import forking
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.errors import RunError, first_line
-from mjxwalk.evolution import memory
+from mjxwalk.evolution import memory, sensed
 from mjxwalk.evolution.elites import Elites, fittest
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
 from mjxwalk.evolution.generation_metrics import MeanOutcome, measure, summarise
+from mjxwalk.evolution.sensed import Sensed
 from mjxwalk.outcomes import over_terrains
 from mjxwalk.rollout import TrialRunner
 from mjxwalk.runs import Metrics
@@ -46,6 +47,8 @@ class RunState(NamedTuple):
       elites: that of each of the last generations.
       reached: whether the elite has reached the experiment's goal.
       roughness: of the next generation's ground, m.
+      sensed: what all populations so far have sensed, which the next one's genotypes carry; None of
+        a controller that does not normalise its senses.
     """
 
     generation: Int[np.ndarray, ""]
@@ -58,6 +61,7 @@ class RunState(NamedTuple):
     elites: Elites
     reached: Bool[np.ndarray, ""]
     roughness: Float[np.ndarray, ""]
+    sensed: Sensed | None = None
 
 
 class Evolution:
@@ -126,6 +130,7 @@ class Evolution:
             elites=Elites.none(template),
             reached=np.zeros((), bool),
             roughness=np.asarray(self._experiment.first_roughness(), np.float64),
+            sensed=sensed.begin(template),
         )
 
     def _population(self, key: PRNGKeyArray, template: Any) -> tuple[Any, Any]:
@@ -169,12 +174,13 @@ class Evolution:
             key_trials, experiment.terrains_per_evaluation, float(state.roughness)
         )
         population, asked = self._ask(key_ask, state.strategy)
-        population = _on_host(population)
+        asked_for = _on_host(population)
+        population = sensed.put(asked_for, state.sensed)
         asking_done = time.perf_counter()
         outcome = self._evaluator.evaluate(population, trials)
         evaluating_done = time.perf_counter()
         fitness = over_terrains(outcome.fitness)
-        strategy, told = self._tell(key_tell, population, fitness, asked)
+        strategy, told = self._tell(key_tell, asked_for, fitness, asked)
         passed = experiment.goal.find(
             experiment,
             self._evaluator,
@@ -199,6 +205,7 @@ class Evolution:
                 experiment.next_roughness(float(state.roughness), over_terrains(outcome.distance)),
                 np.float64,
             ),
+            sensed=None if state.sensed is None else state.sensed.add(outcome.sensed),
         )
         evaluate_s = evaluating_done - asking_done - (self._evaluator.compile_s - compiled)
         compile_s = max(0.0, self._evaluator.compile_s - self._compile_s)

@@ -30,7 +30,13 @@ ADDED: dict[str, Any] = {
         "payload": BY_DEFAULT,
         "perturbation": 0.0,
     },
-    "controller": {"activation": "tanh", "layer_norm": False},
+    "controller": {
+        "activation": "tanh",
+        "layer_norm": False,
+        "clock": None,
+        "normalise": False,
+        "limit": 5.0,
+    },
 }
 
 

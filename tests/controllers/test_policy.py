@@ -84,10 +84,10 @@ def test_mirror_image_half_a_period_later_does_the_mirrored(policy: Policy) -> N
     pace = float(policy.pace(genotype))
     period = policy.layout.time / (0.364 * (1 + 0.25 * np.tanh(pace)))
     memory = policy.recall(genotype)
-    _, ours = policy.decide(genotype, memory, seen)
+    _, ours = policy.decide(genotype, memory, policy.layout.read(seen), seen.time)
     later = mirrored(seen)._replace(time=jnp.asarray(0.5 * period))
     swapped = memory if memory is None else memory[::-1]
-    _, theirs = policy.decide(genotype, swapped, later)
+    _, theirs = policy.decide(genotype, swapped, policy.layout.read(later), later.time)
     motors = [H1.anatomy.coordinates[each.coordinate] for each in H1.anatomy.motors]
     places = [each.coordinate for each in H1.anatomy.motors]
     expected = [each.sign * float(theirs[places.index(each.mirror)]) for each in motors]
@@ -116,7 +116,8 @@ def test_legs_alone_move_while_arms_hold() -> None:
         for side in ("left", "right")
         for joint in ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle")
     )
-    _, action = policy.decide(some_weights(policy), None, observation(2, 0.3))
+    seen = observation(2, 0.3)
+    _, action = policy.decide(some_weights(policy), None, policy.layout.read(seen), seen.time)
     assert not np.asarray(action)[10:].any()
 
 
