@@ -39,7 +39,7 @@ def choose_run(asked: EvolveArguments) -> tuple[Config, Inherited | None]:
       RunError: a setting is unknown or has a wrong value, or the run cannot start from what it
         was told to.
     """
-    experiment = _with_flags(asked, scaled(experiments.get(asked.experiment), asked.scale))
+    experiment = _with_flags(asked, scaled(_experiment(asked), asked.scale))
     if asked.strategy is not None:
         experiment = _with_strategy(asked.strategy, experiment)
     for path, value in sorted(_assignments(asked), key=lambda each: each[0] != CONTACT_LAW):
@@ -69,6 +69,19 @@ def choose_run(asked: EvolveArguments) -> tuple[Config, Inherited | None]:
         )
     inherited, origin = inherit(experiment, asked.source)
     return dataclasses.replace(settings, origin=origin), inherited
+
+
+def _experiment(asked: EvolveArguments) -> Any:
+    """Returns the experiment that is asked for, with the controller that is.
+
+    Raises:
+      RunError: it takes no other.
+    """
+    chosen = f"{asked.experiment}+{asked.controller}" if asked.controller else asked.experiment
+    try:
+        return experiments.get(chosen)
+    except ValueError as error:
+        raise RunError(str(error)) from None
 
 
 def _override(experiment: Any, path: str, value: str) -> Any:

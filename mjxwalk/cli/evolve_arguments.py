@@ -84,8 +84,8 @@ class EvolveArguments(Together, Following):
       roughness: step of the random terrain, m.
       body: MJCF or URDF file of your own body, the name of one that ships (`mjxwalk list`), or a
         run that has one; docs/any-body.md tells more.
-      controller: what decides in an experiment of any body: linear, mlp, recurrent, ctrnn or
-        harmonics; `--set controller.NAME=VALUE` gives it other settings.
+      controller: what decides in place of the experiment's own controller: linear, mlp, recurrent,
+        ctrnn or harmonics; `--set controller.NAME=VALUE` gives it other settings.
       contact: contact law of a body of --body: points, springs and dampers at its feet, or mujoco,
         MuJoCo's own contacts and solver, some ten times slower.
       links: JSON file with the inputs that each network sees besides its own angle, rate and bias.
@@ -124,9 +124,11 @@ class EvolveArguments(Together, Following):
             is_any = self.body is not None or self.controller is not None
             usual = experiments.ANY_BODY if is_any else experiments.DEFAULT
             object.__setattr__(self, "experiment", usual)
-        if self.experiment == experiments.ANY_BODY:
-            chosen = experiments.CONTROLLERS.get(self.controller or "", self.experiment)
-            object.__setattr__(self, "experiment", chosen)
+
+        name, plus, controller = self.experiment.partition("+")  # as runs are named
+        if plus and self.controller is None:
+            object.__setattr__(self, "experiment", name)
+            object.__setattr__(self, "controller", controller)
 
     def check(self) -> None:
         """Finds wrong arguments that can be found without the second that importing JAX takes."""
@@ -135,7 +137,12 @@ class EvolveArguments(Together, Following):
         known = [*experiments.names(), *experiments.studies()]
         if self.experiment not in known:
             raise RunError(f"unknown experiment {self.experiment!r}{near(self.experiment, known)}")
-        self._check_controller()
+        if self.controller is not None and self.controller not in experiments.CONTROLLERS:
+            raise RunError(
+                f"unknown controller {self.controller!r}"
+                f"{near(self.controller, experiments.CONTROLLERS)}; known are "
+                f"{', '.join(experiments.CONTROLLERS)}"
+            )
         for flag in ("generations", "population", "terrains", "keep", "save_every"):
             value = getattr(self, flag)
             if isinstance(value, int) and value < 1:
@@ -154,21 +161,6 @@ class EvolveArguments(Together, Following):
         if self.experiment in experiments.studies():
             self._check_study()
 
-    def _check_controller(self) -> None:
-        known = experiments.CONTROLLERS
-        if self.controller is None:
-            return
-        if self.controller not in known:
-            raise RunError(
-                f"unknown controller {self.controller!r}{near(self.controller, known)}; known are "
-                f"{', '.join(known)}"
-            )
-        if self.experiment != known[self.controller]:
-            raise RunError(
-                f"--controller chooses among experiments of any body, and {self.experiment} is "
-                f"asked for; leave one of the two"
-            )
-
     def _check_study(self) -> None:
         phases = ", ".join(experiments.phases(self.experiment))
         if self.distributed:
@@ -180,9 +172,11 @@ class EvolveArguments(Together, Following):
                 f"{self.experiment} is a study and starts from zero; --from is for one of its "
                 f"phases {phases}"
             )
-        if self.strategy is not None:
+        for flag in ("strategy", "controller"):
+            if getattr(self, flag) is None:
+                continue
             raise RunError(
-                f"{self.experiment} is a study; --strategy is for one of its phases {phases}"
+                f"{self.experiment} is a study; --{flag} is for one of its phases {phases}"
             )
         if self.generations is not None:
             raise RunError(

@@ -8,7 +8,7 @@ from mjxwalk import experiments, robots, terminal
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class List:
-    """Show the experiments, the bodies and walkers that ship, and the runs in a folder.
+    """Show experiments, controllers, bodies and walkers that ship, and the runs in a folder.
 
     Attributes:
       runs: folder with runs in it.
@@ -17,7 +17,7 @@ class List:
     runs: Path = Path("runs")
 
     def run(self) -> int:
-        """Prints five tables and returns the exit code."""
+        """Prints six tables and returns the exit code."""
         named = experiments.names() | experiments.studies()
         phases = {study: experiments.phases(study) for study in experiments.studies()}
         print("Experiments")
@@ -25,6 +25,8 @@ class List:
         print("\nStudies and their phases")
         names = [[study, *(f"{study}/{phase}" for phase in phases[study])] for study in phases]
         _print_table([(name, named[name]) for study in names for name in study])
+        print("\nControllers (--controller)")
+        _print_table(list(experiments.CONTROLLERS.items()))
         print("\nBodies")
         _print_table([(name, body.summary) for name, body in robots.BODIES.items()])
         print("\nZoo")

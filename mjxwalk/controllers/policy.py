@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.controllers import layout, normalisation
+from mjxwalk.controllers import body_layout, layout, normalisation
 from mjxwalk.controllers.controller import Controller, Description, Network, NetworkInput
 from mjxwalk.controllers.layout import Layout
 from mjxwalk.controllers.normalisation import Normalised, Statistics, Sums
@@ -127,7 +127,7 @@ class Policy(Controller):
         """
         if not hasattr(env, "anatomy"):
             return dataclasses.replace(self, layout=layout.of_task(env), period=env.timestep)
-        found = layout.of_body(env, moved=self.moved, rates=self.rates, period=self.period)
+        found = body_layout.of_body(env, moved=self.moved, rates=self.rates, period=self.period)
         return dataclasses.replace(self, layout=found)
 
     def template(self) -> Any:

@@ -17,14 +17,16 @@ if TYPE_CHECKING:
 
 DEFAULT = "planar-lpd"
 ANY_BODY = "walk"  # what a body evolves in where no experiment is named
-# Experiments of any body by what decides in them.
+# What may decide in place of an experiment's own controller, and what each is, in a line.
 CONTROLLERS = {
-    "linear": ANY_BODY,
-    "mlp": "walk-mlp",
-    "recurrent": "walk-recurrent",
-    "ctrnn": "walk-ctrnn",
-    "harmonics": "walk-harmonics",
+    "linear": "weighted sums of senses and a clock",
+    "mlp": "a perceptron of two hidden layers",
+    "recurrent": "a recurrent network, gated or Elman's",
+    "ctrnn": "a pattern generator of continuous-time neurons, with senses or without",
+    "harmonics": "harmonics of a clock alone",
 }
+# What names older runs have, and what these are now.
+RENAMED = {f"walk-{name}": f"walk+{name}" for name in ("mlp", "recurrent", "ctrnn", "harmonics")}
 
 
 class Entry(NamedTuple):
@@ -50,12 +52,6 @@ EXPERIMENTS = {
     ANY_BODY: Entry(
         ".walk", "WALK", "any body (--body FILE or NAME), linear feedback to joint targets"
     ),
-    "walk-mlp": Entry(".walk", "WALK_MLP", "the same, by a perceptron of two hidden layers"),
-    "walk-recurrent": Entry(
-        ".walk", "WALK_RECURRENT", "the same, by a recurrent network, gated or Elman's"
-    ),
-    "walk-harmonics": Entry(".walk", "WALK_HARMONICS", "the same, by harmonics of a clock alone"),
-    "walk-ctrnn": Entry(".walk", "WALK_CTRNN", "the same, by a recurrent pattern generator"),
     "planar-lpd": Entry(".solomon", "PLANAR_LPD", "planar walker, local links, slightly rough"),
     "planar-fil": Entry(".solomon", "PLANAR_FIL", "planar walker, all links, slightly rough"),
     "solomon-3d": Entry(".solomon_3d", "SOLOMON_3D", "spatial walker, slightly rough ground"),
@@ -190,13 +186,21 @@ def phases(study: str) -> list[str]:
 
 
 def get(name: str) -> "Experiment":
-    """Returns the experiment of that name.
+    """Returns the experiment of that name; EXPERIMENT+CONTROLLER is one with another controller.
 
     Raises:
-      ValueError: there is none; the message names the nearest.
+      ValueError: there is none, and the message names the nearest; or it takes no other controller.
     """
     if name in _REGISTERED:
         return _REGISTERED[name]
+    name = RENAMED.get(name, name)
+    name, plus, controller = name.partition("+")
+    if plus:
+        from mjxwalk.experiments import other_controllers
+
+        if controller not in CONTROLLERS:
+            raise ValueError(f"unknown controller {controller!r}{near(controller, CONTROLLERS)}")
+        return other_controllers.with_controller(get(name), controller)
     if name in EXPERIMENTS:
         return _load(EXPERIMENTS[name])
     if name in names():

@@ -25,7 +25,10 @@ def command(run: Run, experiment: Any) -> str:
     whole = run.path.resolve().parent
     if study.is_study(whole):
         return _of_study(whole)
-    words = ["mjxwalk", "evolve", experiment.name, "--seed", str(run.config["seed"])]
+    name, _, controller = experiment.name.partition("+")
+    words = ["mjxwalk", "evolve", name, "--seed", str(run.config["seed"])]
+    if controller:
+        words += ["--controller", controller]
     origin = run.config.get("origin")
     if origin is not None:
         words += ["--from", str(origin["source"])]

@@ -7,14 +7,7 @@ import dataclasses
 from typing import Any, Literal
 
 from mjxwalk import robots
-from mjxwalk.controllers import (
-    Harmonics,
-    LinearFeedback,
-    Mlp,
-    PatternGenerator,
-    Policy,
-    RecurrentNetwork,
-)
+from mjxwalk.controllers import LinearFeedback
 from mjxwalk.envs import MjcfEnv
 from mjxwalk.envs.derived import defaults
 from mjxwalk.envs.mjcf import reader
@@ -99,13 +92,4 @@ def _moved(env: MjcfEnv) -> Literal["legs", "all"]:
     return "legs" if has_ankles or env.anatomy.root.is_planar else "all"
 
 
-def _by(name: str, policy: Policy) -> Experiment:
-    policy = dataclasses.replace(policy, period=WALK.controller.period)
-    return dataclasses.replace(WALK, name=name, controller=policy)
-
-
 WALK = of_body(reader.read(robots.path(USUAL_BODY)).text)
-WALK_MLP = _by(f"{NAME}-mlp", Mlp())
-WALK_RECURRENT = _by(f"{NAME}-recurrent", RecurrentNetwork())
-WALK_HARMONICS = _by(f"{NAME}-harmonics", Harmonics())
-WALK_CTRNN = _by(f"{NAME}-ctrnn", PatternGenerator())

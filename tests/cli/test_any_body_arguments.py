@@ -199,9 +199,9 @@ def test_a_run_tells_the_command_that_makes_it_again(
 
 
 @pytest.mark.parametrize("name", ["linear", "mlp", "recurrent", "ctrnn", "harmonics"])
-def test_a_controller_chooses_the_experiment_of_any_body(name: str) -> None:
+def test_a_controller_decides_in_an_experiment_of_any_body(name: str) -> None:
     experiment = chosen("--body", str(TOY), "--controller", name).experiment
-    assert experiment.name == ("walk" if name == "linear" else f"walk-{name}")
+    assert experiment.name == f"walk+{name}"
     assert experiment.env.body == chosen("--body", str(TOY)).experiment.env.body
 
 
@@ -209,8 +209,12 @@ def test_a_controller_chooses_the_experiment_of_any_body(name: str) -> None:
     ("words", "complaint"),
     [
         (("--controller", "mpl"), "unknown controller 'mpl'; did you mean mlp?"),
-        (("planar-lpd", "--controller", "mlp"), "and planar-lpd is asked for"),
-        (("walk-mlp", "--controller", "linear"), "and walk-mlp is asked for"),
+        (("rayleigh", "--controller", "mlp"), "rayleigh has no controller that could be another"),
+        (
+            ("solomon-2d", "--controller", "mlp"),
+            "is a study; --controller is for one of its phases",
+        ),
+        (("solomon-2d/fil", "--controller", "mlp"), "goes on with what evolved before"),
     ],
 )
 def test_a_wrong_controller_is_refused(words: tuple[str, ...], complaint: str, capsys: Any) -> None:
