@@ -40,7 +40,7 @@ def with_controller(experiment: Any, name: str) -> Experiment:
         )
     own = experiment.controller
     if isinstance(own, Policy):
-        given = {setting: getattr(own, setting) for setting in KEPT}
+        given: dict[str, Any] = {setting: getattr(own, setting) for setting in KEPT}
     else:  # nothing damps motors that give torques, so a policy has to feel rates
         given = {"rates": True, "period": PERIOD}
     return dataclasses.replace(
