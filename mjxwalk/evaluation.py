@@ -1,15 +1,18 @@
 """Evaluates populations: every genotype in every trial, by an engine."""
 
+import dataclasses
+import functools
 from typing import Any, Protocol, runtime_checkable
 
 import jax
 import numpy as np
 
 from mjxwalk import engines
+from mjxwalk.controllers import Controller
 from mjxwalk.controllers.normalisation import Sums
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import TRIAL_AXES, Trial, Trials
-from mjxwalk.rollout import Outcome
+from mjxwalk.rollout import Environment, Outcome, rollout
 
 # Terrains come in tables of a multiple of so many rows, so that engines, which compile for shapes,
 # compile once for most numbers of terrains.
@@ -83,6 +86,49 @@ class Evaluator:
         return jax.tree.map(lambda leaf: _of_trials(np.asarray(leaf), trials.num), outcome)
 
 
+@dataclasses.dataclass(frozen=True)
+class Pair:
+    """The least task: an environment, and a controller that was told of it."""
+
+    env: Environment
+    controller: Controller
+
+    def rollout(self, genotype: Any, given: Trial) -> Outcome:
+        """Returns what one walker does in one trial."""
+        return rollout(self.env, self.controller, genotype, given)
+
+
+def evaluate(
+    env: Environment,
+    controller: Controller,
+    genotypes: Any,
+    trials: Trials,
+    *,
+    engine: str = "auto",
+) -> Outcome:
+    """Returns what every genotype does in every trial, as NumPy's arrays [pop, trial].
+
+    What was compiled for an environment and a controller serves later calls with equal ones.
+
+    Args:
+      env: body or task, and the rules of its trials.
+      controller: what the genotypes become in it.
+      genotypes: leaves [pop, ...], such as a strategy's `ask` returns.
+      trials: as `env.sample_trials(key, num)` draws them.
+      engine: what runs them, as `mjxwalk evolve --engine` knows it.
+
+    Raises:
+      ValueError: there is no such engine, the controller is not one for the environment, or
+        genotypes or trials have no such shapes.
+    """
+    pair = Pair(env, controller.on(env))
+    try:
+        evaluator = _evaluator(pair, engine)
+    except TypeError:  # settings that cannot be hashed, such as a table
+        evaluator = Evaluator(pair, engine)
+    return evaluator.evaluate(genotypes, trials)
+
+
 def _nothing_known(task: Any) -> Any:
     """Returns what the task's controller knows of its senses at first; None of one without."""
     controller = getattr(task, "controller", None)
@@ -115,6 +161,11 @@ def _on_host(values: Any) -> np.ndarray:
 
 def _table_rows(num_terrains: int) -> int:
     return -(-num_terrains // TABLE_ROWS) * TABLE_ROWS
+
+
+@functools.lru_cache(maxsize=8)
+def _evaluator(task: Task, engine: str) -> Evaluator:
+    return Evaluator(task, engine)
 
 
 def make_evaluator(task: Task, engine: str) -> Evaluator:
