@@ -2,6 +2,7 @@
 
 import abc
 import dataclasses
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Literal, NamedTuple
@@ -10,14 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from mjxwalk.envs import checks, dynamics, motor
+from mjxwalk.envs import checks, dynamics, motor, targets
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.anatomy import Anatomy
 from mjxwalk.envs.contact import SoftContact
 from mjxwalk.envs.course import Course
 from mjxwalk.envs.ending import Ending
 from mjxwalk.envs.joint_stop import JointStop
-from mjxwalk.envs.motor import Action
 from mjxwalk.envs.payload import Payload
 from mjxwalk.envs.push import Push
 from mjxwalk.envs.state import State
@@ -50,6 +50,8 @@ class LeggedBody(abc.ABC):
       min_speed: the trial ends when the walker is farther behind one of this speed than
         `max_lag`, m/s.
       max_lag: see `min_speed`, m.
+      acting: what a policy's numbers from -1 to 1 are: "torque", or "target" of joints about where
+        they start, held by stiffness and damping.
       torque_budget: the trial ends when `torque_cost` reaches it, N m s.
       max_time: the trial ends then, s.
     """
@@ -68,6 +70,7 @@ class LeggedBody(abc.ABC):
     contact: SoftContact
     timestep: float
     integrator: Literal["implicit", "explicit"] = "implicit"
+    acting: Literal["target", "torque"] = "torque"
     max_flight_time: float
     min_speed: float
     max_lag: float
@@ -78,6 +81,7 @@ class LeggedBody(abc.ABC):
         checks.positive(self, "timestep", "torque_budget", "max_time")
         checks.not_negative(self, "max_flight_time", "min_speed", "max_lag")
         checks.steps(self)
+        checks.one_of(self, "acting", ("target", "torque"))
         if self.integrator not in ("implicit", "explicit"):
             raise ValueError(
                 f'integrator must be "implicit" or "explicit", got "{self.integrator}"'
@@ -219,11 +223,8 @@ class LeggedBody(abc.ABC):
 
     def scaled_action(self, values: Float[Array, " motor"], /) -> Any:
         """Returns the action of numbers from -1 to 1, one for each motor."""
-        motors = self.anatomy.motors
-        strength = jnp.asarray(np.array([each.strength for each in motors], np.float32))
-        damping = jnp.asarray(np.array([each.damping for each in motors], np.float32))
-        nothing = jnp.zeros_like(values)
-        return Action(strength * jnp.clip(values, -1.0, 1.0), nothing, nothing, damping)
+        anatomy = self.anatomy if self.acting == "torque" else targets.holding(self)
+        return motor.scaled(anatomy, values, acting=self.acting)
 
     @property
     def mass(self) -> float:
@@ -248,6 +249,11 @@ class LeggedBody(abc.ABC):
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         return -min(data.site(each.name).xpos[2] - each.radius for each in self.anatomy.points)
+
+    @property
+    def walking_time(self) -> float:
+        """Of a fall from the height of straight legs, over the square root of two, s."""
+        return math.sqrt(self.leg_length / GRAVITY)
 
     @property
     def implicit(self) -> bool:

@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import jax
+import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from mjxwalk.controllers import Controller
@@ -104,6 +105,20 @@ def advance(
     return Walk(env.step(walk.state, action, given), memory)
 
 
+def _hold(env: Environment, controller: Controller, genotype: Any, given: Any, walk: Walk) -> Walk:
+    """Returns the walker when its next action is due: `advance` as often as the action is held."""
+    memory, action = controller.act(genotype, walk.memory, env.observe(walk.state))
+
+    def holding(at: tuple[Any, Any]) -> Bool[Array, ""]:
+        return (at[0] < controller.steps_held()) & ~at[1].trial.done
+
+    def step(at: tuple[Any, Any]) -> tuple[Any, Any]:
+        return at[0] + 1, env.step(at[1], action, given)
+
+    _, state = jax.lax.while_loop(holding, step, (jnp.zeros((), jnp.int32), walk.state))
+    return Walk(state, controller.held(memory))
+
+
 def rollout(env: Environment, controller: Controller, genotype: Any, given: Any) -> Outcome:
     """Returns how far one walker gets before it falls or has spent its budget.
 
@@ -115,7 +130,9 @@ def rollout(env: Environment, controller: Controller, genotype: Any, given: Any)
         return ~walk.state.trial.done
 
     def step(walk: Walk) -> Walk:
-        return advance(env, controller, genotype, given, walk)
+        if controller.steps_held() == 1:
+            return advance(env, controller, genotype, given, walk)
+        return _hold(env, controller, genotype, given, walk)
 
     end = jax.lax.while_loop(walking, step, start(env, controller, genotype, given))
     state = end.state

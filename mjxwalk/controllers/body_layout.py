@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mjxwalk.controllers.layout import Layout
+from mjxwalk.envs import targets
 
 # ours: what brings senses to about -1 ... 1, in radians, and in lengths and times of the body.
 ROTATION, RATE = 5.0, 10.0  # rad/s of a body of 1 m and its time
@@ -18,6 +19,8 @@ FLIPPED = {
     "torso": {"yaw", "roll"},
     "torso_rate": {"yaw", "roll"},
 }
+# How far each joint moves what is below it backward as its leg is lifted.
+LIFT = {"hip": -0.35, "knee": 0.7, "ankle": -0.35}  # rad; ours: the foot stays level
 JOINT_SENSES = {"angle": True, "rate": False, "adduction": True, "adduction_rate": False}
 OTHER_SIDE = {"left": "right", "right": "left"}
 
@@ -115,18 +118,19 @@ def _of_file(env: Any, moved: str) -> _Body:
 
 
 def _of_anatomy(env: Any) -> _Body:
-    """Returns one of our own bodies; all of its joints are of legs, and its motors give torques."""
+    """Returns one of our own bodies, all of whose joints are of legs."""
     anatomy = env.anatomy
-    qpos = np.asarray(env.reset(env.level_trials().given(0)).qpos)
-    partners = np.array([each.mirror for each in anatomy.coordinates])
-    signs = np.array([each.sign for each in anatomy.coordinates])
+    lift: dict[int | None, float] = {}
+    if env.acting == "target":  # flexion and dorsiflexion are positive
+        for leg in anatomy.legs:
+            lift |= {leg.hip: -LIFT["hip"], leg.knee: LIFT["knee"], leg.ankle: -LIFT["ankle"]}
     return _Body(
-        rest=0.5 * (qpos + signs * qpos[partners]),
+        rest=targets.rest(env),
         height=float(env.leg_length),
-        time=float(np.sqrt(env.leg_length * env.mass / env.weight)),
+        time=float(env.walking_time),
         sees=set(range(anatomy.root.num, len(anatomy.coordinates))),
         motors=list(range(len(anatomy.motors))),
-        lift=(0.0,) * len(anatomy.motors),
+        lift=tuple(lift.get(motor.coordinate, 0.0) for motor in anatomy.motors),
     )
 
 
@@ -171,10 +175,9 @@ def _lift(anatomy: Any, tree: Any, stance: Any, coordinates: list[int]) -> tuple
     from mjxwalk.envs.derived import anatomy as mjcf_anatomy
 
     lift = dict.fromkeys(coordinates, 0.0)
-    shares = {"hip": -0.35, "knee": 0.7, "ankle": -0.35}  # rad; ours: the foot stays level
     for leg, place in zip(tree.legs, anatomy.legs, strict=True):
         signs = dict(mjcf_anatomy.bending_of(tree, stance, leg))
-        for role, share in shares.items():
+        for role, share in LIFT.items():
             coordinate = getattr(place, role)
             if coordinate in lift:
                 lift[coordinate] = share * signs[coordinate - anatomy.root.num]

@@ -88,6 +88,14 @@ class Controller(abc.ABC):
         """
         return jax.tree.map(lambda leaf: jnp.zeros(jnp.shape(leaf), int), self.template())
 
+    def steps_held(self) -> int:
+        """Returns for how many steps of the physics an action is asked for: one."""
+        return 1
+
+    def held(self, memory: Any, /) -> Any:
+        """Returns the memory after `act` and the steps for which that action was asked for."""
+        return memory
+
     def nothing_known(self) -> Any:
         """Returns what is known of the senses at first, as part of genotypes.
 

@@ -172,6 +172,14 @@ class Policy(Controller):
             None if self.layout.timed else jnp.zeros(()),
         )
 
+    def steps_held(self) -> int:
+        """Returns for how many steps of the physics an action is asked for."""
+        return self.layout.every
+
+    def held(self, memory: Held, /) -> Held:
+        """Returns the memory when the next action is due."""
+        return memory._replace(left=jnp.zeros((), jnp.int32))
+
     @takes_genotype
     def act(
         self, genotype: Any, memory: Held, observation: Any

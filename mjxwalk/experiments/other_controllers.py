@@ -11,6 +11,7 @@ from mjxwalk.controllers import (
     Policy,
     RecurrentNetwork,
 )
+from mjxwalk.experiments import walk
 from mjxwalk.experiments.experiment import Experiment
 
 CLASSES: dict[str, type[Policy]] = {
@@ -21,7 +22,6 @@ CLASSES: dict[str, type[Policy]] = {
     "harmonics": Harmonics,
 }
 KEPT = ("period", "moved", "normalise")  # of an experiment's own policy
-PERIOD = 0.005  # s; ours: of motors that give torques, which nothing holds in between
 
 
 def with_controller(experiment: Any, name: str) -> Experiment:
@@ -38,11 +38,18 @@ def with_controller(experiment: Any, name: str) -> Experiment:
             f"{experiment.name} goes on with what evolved before; choose a controller for an "
             "experiment that starts from zero, such as planar-fil"
         )
-    own = experiment.controller
+    own, named = experiment.controller, f"{experiment.name}+{name}"
     if isinstance(own, Policy):
-        given: dict[str, Any] = {setting: getattr(own, setting) for setting in KEPT}
-    else:  # nothing damps motors that give torques, so a policy has to feel rates
-        given = {"rates": True, "period": PERIOD}
+        kept = {setting: getattr(own, setting) for setting in KEPT}
+        return dataclasses.replace(experiment, name=named, controller=CLASSES[name](**kept))
+    env = experiment.env
+    if all(motor.law == "torque" for motor in env.anatomy.motors):
+        env = dataclasses.replace(env, acting="target")
     return dataclasses.replace(
-        experiment, name=f"{experiment.name}+{name}", controller=CLASSES[name](**given)
+        experiment,
+        name=named,
+        env=env,
+        controller=CLASSES[name](period=walk.period(env.walking_time)),
+        # What they evolve with is for weights of linear reactive control, which are larger.
+        strategy=walk.STRATEGY,
     )

@@ -29,6 +29,7 @@ ADDED: dict[str, Any] = {
         "push": BY_DEFAULT,
         "payload": BY_DEFAULT,
         "perturbation": 0.0,
+        "acting": "torque",
     },
     "controller": {
         "activation": "tanh",
