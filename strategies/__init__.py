@@ -4,6 +4,7 @@ from mjxwalk.strategies import links, observations, operators, ranks, vectors
 from mjxwalk.strategies.ars import ARSState, ars
 from mjxwalk.strategies.base import Genotype, Mask, Masks, Population, Strategy
 from mjxwalk.strategies.bounds import with_bounds
+from mjxwalk.strategies.clipup import ClipUpState, clipup
 from mjxwalk.strategies.cma_es import CMAESState, cma_es
 from mjxwalk.strategies.deep_ga import deep_ga
 from mjxwalk.strategies.evaluation import evaluator
@@ -72,6 +73,7 @@ __all__ = [
     "ARSState",
     "CMAESState",
     "CarriesMasks",
+    "ClipUpState",
     "EvolvingMasksState",
     "EvosaxAlgorithm",
     "FitnessMetrics",
@@ -113,6 +115,7 @@ __all__ = [
     "ars",
     "bipop_cma_es",
     "carry_over",
+    "clipup",
     "cma_es",
     "deep_ga",
     "evaluator",
