@@ -55,6 +55,7 @@ from mjxwalk.strategies.restarting_cma_es import (
     ipop_cma_es,
 )
 from mjxwalk.strategies.restarts import RestartState, with_restarts
+from mjxwalk.strategies.rewiring import RewiringMetrics, RewiringState, with_rewiring
 from mjxwalk.strategies.schedules import ScheduledState, with_schedule
 from mjxwalk.strategies.self_adaptive_ga import (
     SelfAdaptiveGAMetrics,
@@ -103,6 +104,8 @@ __all__ = [
     "RestartState",
     "RestartingMetrics",
     "RestartingState",
+    "RewiringMetrics",
+    "RewiringState",
     "SNESState",
     "ScheduledState",
     "SearchMetrics",
@@ -149,6 +152,7 @@ __all__ = [
     "with_observations",
     "with_pruning",
     "with_restarts",
+    "with_rewiring",
     "with_schedule",
     "xnes",
 ]

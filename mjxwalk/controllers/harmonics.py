@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 
 from mjxwalk.controllers.controller import Description
 from mjxwalk.controllers.policy import Policy
+from mjxwalk.controllers.wiring import Connection, Wiring, ends, units
 from mjxwalk.envs.checks import count
 
 
@@ -64,6 +65,13 @@ class Harmonics(Policy):
     def sees_clock(self) -> bool:
         """Whether it sees a clock: nothing else."""
         return True
+
+    def wiring(self) -> Wiring:
+        """Returns the motors, which read harmonics; sine and cosine of one are one link."""
+        _, motors = ends(self.describe())
+        waves = units("clock", "harmonic", self.harmonics)
+        parts = [Connection(leaf, "clock", "motors") for leaf in ("sines", "cosines")]
+        return Wiring((waves, motors), tuple(parts))
 
     def describe(self) -> Description:
         """Returns the rows of the series, which read no senses."""

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from mjxwalk.controllers import clock
 from mjxwalk.controllers.controller import Description
 from mjxwalk.controllers.policy import Policy
+from mjxwalk.controllers.wiring import Connection, Wiring, ends
 
 
 class FeedbackWeights(NamedTuple):
@@ -47,6 +48,10 @@ class LinearFeedback(Policy):
     def steps_held(self) -> int:
         """Returns 1: to weigh its inputs anew costs less than a loop that holds what they gave."""
         return 1
+
+    def wiring(self) -> Wiring:
+        """Returns the motors, which read the senses and the clock."""
+        return Wiring(ends(self.describe()), (Connection("weights", "senses", "motors"),))
 
     def describe(self) -> Description:
         """Returns the columns and the rows of the weights."""

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from mjxwalk.controllers import clock
 from mjxwalk.controllers.controller import Description
 from mjxwalk.controllers.policy import Policy
+from mjxwalk.controllers.wiring import Connection, Wiring, ends, units
 
 ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu, "elu": jax.nn.elu}
 EPSILON = 1e-5  # added to a layer's variance, as is usual
@@ -74,6 +75,24 @@ class Mlp(Policy):
             tuple(jnp.ones(to) for to in self.hidden) if self.layer_norm else None,
             clock.lifting(self),
             jnp.zeros(()),
+        )
+
+    def wiring(self) -> Wiring:
+        """Returns each layer, which reads the one before it, and the motors, which read the senses
+        too.
+        """
+        senses, motors = ends(self.describe())
+        hidden = [units(f"hidden {k}", "unit", num) for k, num in enumerate(self.hidden, 1)]
+        layers = senses, *hidden, motors
+        names = [layer.name for layer in layers]
+        pairs = list(zip(names[:-1], names[1:], strict=True))
+        return Wiring(
+            layers,
+            (
+                *(Connection(f"weights.{k}", *pair) for k, pair in enumerate(pairs)),
+                Connection("direct", "senses", "motors"),
+            ),
+            {f"{part}.{k}": to for k, (_, to) in enumerate(pairs) for part in ("biases", "gains")},
         )
 
     def describe(self) -> Description:

@@ -14,10 +14,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from mjxwalk.controllers import body_layout, layout, normalisation
+from mjxwalk.controllers import body_layout, layout, normalisation, wiring
 from mjxwalk.controllers.controller import Controller, Description, Network, NetworkInput
 from mjxwalk.controllers.layout import Layout
 from mjxwalk.controllers.normalisation import Normalised, Statistics, Sums
+from mjxwalk.controllers.wiring import Wiring
 from mjxwalk.envs.checks import positive
 from mjxwalk.envs.edge import takes_genotype
 
@@ -102,13 +103,9 @@ class Policy(Controller):
             return every
         return every._replace(pace=jnp.zeros((), bool))
 
-    def links(self) -> Any:
-        """Returns the number of the link of each weight, -1 where it must stay; none may go."""
-        return jax.tree.map(lambda leaf: jnp.full(jnp.shape(leaf), -1), self.weights())
-
-    def layers(self) -> Any:
-        """Returns the number of the network of each weight; all are of one."""
-        return jax.tree.map(lambda leaf: jnp.zeros(jnp.shape(leaf), int), self.weights())
+    def wiring(self) -> Wiring:
+        """Returns what the weights connect; here nothing that could be pruned."""
+        return Wiring(wiring.ends(self.describe()), ())
 
     def pace(self, genotype: Any, /) -> Float[Array, ""]:
         """Returns the gene of the clock's frequency; 0 of a policy that reads no clock."""
@@ -140,11 +137,21 @@ class Policy(Controller):
 
     def prunable(self) -> Any:
         """Returns the number of the link that each weight belongs to, -1 where it must stay."""
-        return self._beside(self.links(), self._of_senses(-1))
+        links = wiring.number_links(self.wiring(), self.present())
+        return self._beside(links, self._of_senses(-1))
 
     def networks(self) -> Any:
-        """Returns the number of the network that each weight belongs to."""
-        return self._beside(self.layers(), self._of_senses(0))
+        """Returns the number of the layer that each weight belongs to."""
+        layers = wiring.number_layers(self.wiring(), self.weights())
+        return self._beside(layers, self._of_senses(0))
+
+    def weight_table(self, genotype: Any) -> list[tuple[str, str, str, float]]:
+        """Returns weights as rows of leaf, unit, unit or sense that it reads or "", and value."""
+        return wiring.table(self.wiring(), self.weights_of(genotype), self.present())
+
+    def weights_of(self, genotype: Any) -> Any:
+        """Returns a genotype's weights, without what is known of the senses."""
+        return genotype.weights if self.normalise else genotype
 
     def nothing_known(self) -> Statistics | None:
         """Returns what is known of the senses at first; None of a policy that needs no such."""
@@ -162,7 +169,7 @@ class Policy(Controller):
 
     def init(self, genotype: Any, /) -> Held:
         """Returns that nothing was asked for yet."""
-        weights = genotype.weights if self.normalise else genotype
+        weights = self.weights_of(genotype)
         num = len(self.layout.inputs)
         return Held(
             self.recall(weights),

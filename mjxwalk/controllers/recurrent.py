@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from mjxwalk.controllers.policy import PACE, Policy
+from mjxwalk.controllers.wiring import Connection, Wiring, ends, units
 from mjxwalk.envs.checks import count
 
 STEPS = 3  # of Euler's method from one action to the next; ours: fewer change the period
@@ -87,6 +88,25 @@ class PatternGenerator(Policy):
         return every._replace(
             senses=jnp.full(every.senses.shape, self.feels),
             crossed=jnp.full(every.crossed.shape, self.layout.sides == 2),
+        )
+
+    def wiring(self) -> Wiring:
+        """Returns the neurons, which read the senses, each other and those of the other side, and
+        the motors, which read the neurons.
+        """
+        senses, motors = ends(self.describe())
+        other = "neurons of the other side"
+        num = self.neurons
+        layers = units(other, "neuron", num), units("neurons", "neuron", num)
+        return Wiring(
+            (senses, *layers, motors),
+            (
+                Connection("senses", "senses", "neurons"),
+                Connection("crossed", other, "neurons"),
+                Connection("weights", "neurons", "neurons"),
+                Connection("motors", "neurons", "motors"),
+            ),
+            {"bias": "neurons", "slowness": "neurons"},
         )
 
     def recall(self, genotype: Any, /) -> Float[Array, "side neuron"]:

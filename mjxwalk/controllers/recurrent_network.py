@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from mjxwalk.controllers import clock
 from mjxwalk.controllers.controller import Description
 from mjxwalk.controllers.policy import Policy
+from mjxwalk.controllers.wiring import Connection, Wiring, ends, units
 from mjxwalk.envs.checks import count
 
 GATES = {"elman": 1, "gru": 3}  # sums a unit
@@ -74,6 +75,23 @@ class RecurrentNetwork(Policy):
             direct=clock.lifting(self),
             centre=jnp.zeros(rows),
             pace=jnp.zeros(()),
+        )
+
+    def wiring(self) -> Wiring:
+        """Returns the units, which read the senses and each other, and the motors, which read both;
+        a link of a gated unit has a weight for each gate.
+        """
+        senses, motors = ends(self.describe())
+        gates = ("",) if self.cell == "elman" else ("reset", "update", "candidate")
+        return Wiring(
+            (senses, units("units", "unit", self.units), motors),
+            (
+                Connection("inputs", "senses", "units", gates),
+                Connection("units", "units", "units", gates),
+                Connection("outputs", "units", "motors"),
+                Connection("direct", "senses", "motors"),
+            ),
+            {"bias": "units"},
         )
 
     def describe(self) -> Description:

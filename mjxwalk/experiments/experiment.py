@@ -14,10 +14,10 @@ from mjxwalk.envs import Trial, Trials, checks
 from mjxwalk.experiments.goal import Goal
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.ramp import RoughnessRamp
+from mjxwalk.experiments.rewiring import Rewiring
 from mjxwalk.rollout import Environment, Outcome, rollout
 from mjxwalk.runs import RunError, unflatten
 from mjxwalk.settings import override
-from mjxwalk.strategies.masks import MaskedState
 
 ENVIRONMENT = ("timestep", "sample_trials", "reset", "observe", "step", "fitness")
 
@@ -62,6 +62,7 @@ class Experiment:
         test its walkers, such as {"terrain.roughness": 0.02}.
       pruning: removes links as the evolution goes on, and ends it when that has cost too much;
         None to keep them.
+      rewiring: removes the weakest links and grows others; None to keep them.
     """
 
     name: str
@@ -82,16 +83,22 @@ class Experiment:
         default_factory=dict[str, float], hash=False
     )
     pruning: Pruning | None = None
+    rewiring: Rewiring | None = None
 
     def __post_init__(self) -> None:
         checks.count(self, "population_size", "generations", "terrains_per_evaluation")
         if self.start not in ("zero", "winner", "mean", "population"):
             raise ValueError(f"start must be zero, winner, mean or population, got {self.start!r}")
-        if self.restart_after is not None and (self.pruning or self.start == "population"):
+        if self.restart_after is not None and (
+            self.pruning or self.rewiring or self.start == "population"
+        ):
             raise ValueError(
-                "restart_after must be null where links are pruned or start is population: a "
-                f"restart would lose what was evolved before, got {self.restart_after}"
+                "restart_after must be null where links are pruned or rewired or start is "
+                "population: a restart would lose what was evolved before, got "
+                f"{self.restart_after}"
             )
+        if self.pruning and self.rewiring:
+            raise ValueError("pruning and rewiring exclude each other; set one of them to null")
         if not isinstance(self.env, Environment):
             raise ValueError(
                 f"env must have {', '.join(ENVIRONMENT)}, as a LeggedEnv has, got "
@@ -133,18 +140,23 @@ class Experiment:
         Raises:
           ValueError: the strategy or one of its options does not exist, or has a wrong value.
         """
-        # Where links are pruned, all weights of a link are to be inherited together.
-        links = {} if self.pruning is None else {"links": self.controller.prunable()}
+        # Where links come and go, all weights of a link are to be inherited together.
+        has_links = self.pruning is not None or self.rewiring is not None
+        links = {"links": self.controller.prunable()} if has_links else {}
+        layers = {"groups": self.controller.networks()}
         strategy = strategies.make(
             self.strategy.name,
             population_size=self.population_size,
             mask=self.controller.mask(),
-            groups=self.controller.networks(),
+            **layers,
             **links,
             **self.strategy.options,
         )
         if self.pruning is not None:
             return strategies.with_pruning(strategy, **links, **dataclasses.asdict(self.pruning))
+        if self.rewiring is not None:
+            settings = dataclasses.asdict(self.rewiring)
+            return strategies.with_rewiring(strategy, **links, **layers, **settings)
         if self.restart_after is None:
             return strategy
         return strategies.with_restarts(
@@ -173,12 +185,12 @@ class Experiment:
         Raises:
           RunError: the arrays do not fit.
         """
-        if isinstance(state, MaskedState):
-            return state._replace(inner=unflatten(state.inner, before))
         if self.pruning is None:
-            return unflatten(state, before)
+            return _put_innermost(state, before)
         pruner: Any = strategy
-        return jax.jit(pruner.begin)(unflatten(state.inner, before), elite_fitness)
+        masked = isinstance(state.inner, strategies.EvolvingMasksState)
+        own = state.inner.inner if masked else state.inner
+        return jax.jit(pruner.begin)(_put_innermost(own, before), elite_fitness)
 
     def first_roughness(self) -> float:
         """Returns the roughness of generation 1, m."""
@@ -222,3 +234,10 @@ class Experiment:
     def weight_table(self, genotype: Any) -> list[tuple[str, str, str, float]]:
         """Returns a genotype as rows of weight set, network, input and value; links only."""
         return self.controller.weight_table(genotype)
+
+
+def _put_innermost(state: Any, before: Mapping[str, Any]) -> Any:
+    """Returns a state with arrays by name in place of the strategy's own, whatever is around it."""
+    if hasattr(state, "inner"):
+        return state._replace(inner=_put_innermost(state.inner, before))
+    return unflatten(state, before)
