@@ -8,6 +8,7 @@ from mjxwalk.envs.contact import ContactForce, SoftContact
 from mjxwalk.envs.course import Course
 from mjxwalk.envs.course_parts import Gaps, Slope, Stairs, Stretches
 from mjxwalk.envs.fitness_terms import FitnessTerms
+from mjxwalk.envs.flat_env import FlatEnv
 from mjxwalk.envs.joint_stop import JointStop, StopTorque
 from mjxwalk.envs.legged import LeggedEnv
 from mjxwalk.envs.mjcf_env import MjcfEnv
@@ -31,6 +32,7 @@ __all__ = [
     "Course",
     "Flame",
     "FitnessTerms",
+    "FlatEnv",
     "Gaps",
     "HipTargets",
     "JointStop",

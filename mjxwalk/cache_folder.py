@@ -20,16 +20,27 @@ def folder(name: str) -> Path | None:
     """
     try:
         base = _base()
-        _make(base)
-        _check_parents(base)
-        for place in (base / "mjxwalk", base / "mjxwalk" / name):
-            _claim(place)
-        return base / "mjxwalk" / name
+        place = claimed(base) / name
+        _claim(place)
+        return place
     except _Refused as reason:
         _warn(str(reason))
     except OSError as error:
         _warn(f"its folder cannot be made: {error.strerror or error}")
     return None
+
+
+def claimed(base: Path) -> Path:
+    """Returns the folder `mjxwalk` in another, made if missing, which only this user can enter.
+
+    Raises:
+      OSError: it cannot be made, or others could write to it or put another in its place.
+    """
+    _make(base)
+    _check_parents(base)
+    place = base / "mjxwalk"
+    _claim(place)
+    return place
 
 
 def is_private(status: os.stat_result) -> bool:
@@ -39,7 +50,7 @@ def is_private(status: os.stat_result) -> bool:
     return status.st_uid == os.geteuid() and not status.st_mode & OTHERS_WRITE
 
 
-class _Refused(Exception):
+class _Refused(OSError):
     """Raised with the reason why a folder is not used."""
 
 

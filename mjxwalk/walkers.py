@@ -7,6 +7,7 @@ import numpy as np
 
 from mjxwalk import experiments, runs, shell, terminal, zoo
 from mjxwalk.errors import RunError
+from mjxwalk.experiments import own_task
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import config, folder
 from mjxwalk.tournament import results
@@ -24,12 +25,18 @@ def zoo_name(source: str | Path) -> str:
     return str(source).removeprefix(zoo.PREFIX)
 
 
-def check(source: str | Path) -> None:
-    """Raises RunError unless there is such a source, whatever it holds; imports no JAX."""
+def check(source: str | Path, *, trust: bool = False) -> None:
+    """Raises RunError unless there is such a source, whose code is trusted; imports no JAX.
+
+    Args:
+      source: a run's folder, or `zoo:NAME`.
+      trust: whether the user said to trust the code of the run, if it has any.
+    """
     if in_zoo(source):
         zoo.check(zoo_name(source))
     else:
         _check_run(Path(source))
+        own_task.trust.check_run(Path(source), is_given=trust)
 
 
 def entrants(source: str | Path) -> Entrants:

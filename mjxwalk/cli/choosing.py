@@ -1,9 +1,10 @@
 """From the arguments of `mjxwalk evolve` to the settings of a run or of a study; imports JAX."""
 
 import dataclasses
+import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -13,6 +14,8 @@ from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.errors import RunError, near
 from mjxwalk.evolution import evolvable
 from mjxwalk.evolution.inheritance import inherit
+from mjxwalk.experiments import own_task
+from mjxwalk.experiments.own_task import trying
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.scaling import scaled
 from mjxwalk.experiments.study_config import StudyConfig
@@ -32,14 +35,31 @@ SETTINGS = {
 CONTACT_LAW = "env.contact_law"  # comes before others, as a time step goes with it
 
 
-def choose_run(asked: EvolveArguments) -> tuple[Config, Inherited | None]:
-    """Returns the settings of a run and what it starts from, None for zero.
+class Chosen(NamedTuple):
+    """What a run is made of: the arguments of `Runner.evolve_run` behind its folder.
+
+    Attributes:
+      settings: of the run.
+      inherited: what it starts from; None for zero.
+      task: text of a user's own task; None of our own experiments.
+    """
+
+    settings: Config
+    inherited: Inherited | None
+    task: bytes | None
+
+
+def choose_run(asked: EvolveArguments) -> Chosen:
+    """Returns what a run is made of.
 
     Raises:
-      RunError: a setting is unknown or has a wrong value, or the run cannot start from what it
-        was told to.
+      RunError: a setting is unknown or has a wrong value, the run cannot start from what it was
+        told to, or a user's own task has an error.
     """
-    experiment = _with_flags(asked, scaled(_experiment(asked), asked.scale))
+    task = own_task.of_user(asked.experiment) if asked.is_task else None
+    if task is not None:
+        _check_text(asked, task)
+    experiment = _with_flags(asked, _scaled(_experiment(asked, task), asked.scale))
     if asked.strategy is not None:
         experiment = _with_strategy(asked.strategy, experiment)
     for path, value in sorted(_assignments(asked), key=lambda each: each[0] != CONTACT_LAW):
@@ -48,9 +68,12 @@ def choose_run(asked: EvolveArguments) -> tuple[Config, Inherited | None]:
         experiment = override(experiment, "controller.links", _read_links(asked.links))
     if asked.source is not None and experiment.start == "zero":
         experiment = override(experiment, "start", "winner")
+    if task is not None:
+        trying.check(task, experiment, most_steps=asked.most_steps)
     evolvable.check(experiment)
     try:
         settings = Config(
+            code=None if task is None else task.code,
             experiment=experiment,
             seed=asked.seed,
             engine=asked.engine,
@@ -60,26 +83,56 @@ def choose_run(asked: EvolveArguments) -> tuple[Config, Inherited | None]:
     except (ValueError, TypeError) as error:
         raise RunError(str(error)) from None
     _read_target(experiment)
+    if task is not None:
+        own_task.trust.trust(task.code.sha256, task.code.file)
+    text = None if task is None else task.text.content
     if experiment.start == "zero":
-        return settings, None
+        return Chosen(settings, None, text)
     if asked.source is None:
         raise RunError(
             f"{experiment.name} starts from the {experiment.start} of another run; name it with "
             "--from RUN"
         )
     inherited, origin = inherit(experiment, asked.source)
-    return dataclasses.replace(settings, origin=origin), inherited
+    return Chosen(dataclasses.replace(settings, origin=origin), inherited, text)
 
 
-def _experiment(asked: EvolveArguments) -> Any:
+def _check_text(asked: EvolveArguments, task: own_task.Task) -> None:
+    """Raises RunError unless a text is the one that a sweep began with; says what is not kept."""
+    began = asked.task_sha256
+    if began is not None and began != task.code.sha256:
+        raise RunError(
+            f"{task.text.shown} was changed since the sweep began: its sha256 is "
+            f"{task.code.sha256[:16]}... and the sweep began with {began[:16]}...; put back the "
+            "text as it was, or begin another sweep"
+        )
+    if task.beside:
+        print(
+            f"{task.text.shown} imports {', '.join(task.beside)} from its folder; the run keeps "
+            f"{task.code.file} alone, so commands on the run need them on PYTHONPATH",
+            file=sys.stderr,
+        )
+
+
+def _scaled(experiment: Any, scale: float) -> Any:
+    # An experiment of another kind may have no population_size to scale.
+    return experiment if scale == 1.0 else scaled(experiment, scale)
+
+
+def _experiment(asked: EvolveArguments, task: own_task.Task | None) -> Any:
     """Returns the experiment that is asked for, with the controller that is.
+
+    Args:
+      asked: what is.
+      task: of the user's own; None of our own experiments.
 
     Raises:
       RunError: it takes no other.
     """
-    chosen = f"{asked.experiment}+{asked.controller}" if asked.controller else asked.experiment
+    name = asked.experiment if task is None else task.experiment.name
+    chosen = f"{name}+{asked.controller}" if asked.controller else name
     try:
-        return experiments.get(chosen)
+        return experiments.get(chosen) if task is None else task.named(chosen)
     except ValueError as error:
         raise RunError(str(error)) from None
 

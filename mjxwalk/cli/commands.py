@@ -34,6 +34,7 @@ COMMANDS: Mapping[str, Entry] = {
     "evolve": Entry("mjxwalk.cli.evolve", "Evolve", "evolve walkers, in a folder of their own"),
     "resume": Entry("mjxwalk.cli.evolve", "Resume", "go on with a run that did not end"),
     "sweep": Entry("mjxwalk.cli.sweep", "Sweep", "evolve a grid of seeds and settings"),
+    "new": Entry("mjxwalk.cli.new", "New", "write an example of a task of your own in Python"),
     "tournament": Entry(
         "mjxwalk.cli.tournament", "HoldTournament", "find the best walker of a run and try it"
     ),

@@ -13,6 +13,7 @@ from mjxwalk.cli.argument_types import RunFolder
 from mjxwalk.cli.evolve_arguments import EvolveArguments, Together
 from mjxwalk.cli.following import Following
 from mjxwalk.errors import Interrupted, RunError
+from mjxwalk.experiments import own_task
 
 if TYPE_CHECKING:
     from mjxwalk.evolution.runner import Runner
@@ -33,7 +34,7 @@ class Evolve(EvolveArguments):
         self.check()
         from mjxwalk.runs import folder
 
-        path = self.out or folder.default_path(self.experiment, self.seed)
+        path = self.out or folder.default_path(self.title, self.seed)
         if not self.distributed:  # the first of several processes may have made it by now
             folder.check_free(path)
         is_study = self.experiment in experiments.studies()
@@ -57,9 +58,11 @@ class Resume(Together, Following):
 
     Attributes:
       run_folder: folder of a run, a study or a sweep.
+      trust: execute the code in the folder, which somebody else wrote.
     """
 
     run_folder: RunFolder
+    trust: bool = False
 
     def run(self) -> int:
         """Goes on with the run and returns the exit code.
@@ -77,10 +80,13 @@ class Resume(Together, Following):
             from mjxwalk.cli import sweep, sweep_grid
 
             self._check_sweep(path)
-            return sweep.go_on(path, plan.read(path, sweep_grid.is_of_sweep))
+            planned = plan.read(path, sweep_grid.is_of_sweep)
+            sweep_grid.check_trust(path, planned, is_given=self.trust)
+            return sweep.go_on(path, planned)
         is_study = study.is_study(path)
         if not is_study:
             folder.check_run(path)
+            own_task.trust.check_run(path, is_given=self.trust)
         elif self.distributed:
             raise RunError(f"{path} is a study; --distributed is for a run")
 

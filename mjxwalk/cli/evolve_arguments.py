@@ -22,10 +22,15 @@ from mjxwalk.cli.argument_types import (
 )
 from mjxwalk.cli.following import Following
 from mjxwalk.errors import RunError, near
+from mjxwalk.experiments import own_task
 from mjxwalk.experiments.scaling import LARGEST
+from mjxwalk.runs import folder
 
 if TYPE_CHECKING:
     from mjxwalk.evolution.processes import Processes
+
+
+COUNTS = ("generations", "population", "terrains", "keep", "save_every", "most_steps")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -71,8 +76,13 @@ class EvolveArguments(Together, Following):
 
     Attributes:
       experiment: what to evolve, an experiment, a study or one of its phases; `mjxwalk list` shows
-        all. Where none is named it is planar-lpd, and with --body the experiment walk.
+        all. Where none is named it is planar-lpd, and with --body the experiment walk. Or a task of
+        your own in Python: FILE.py, FILE.py:NAME or MODULE:NAME; docs/own-task.md tells more.
       seed: of all random numbers; the same seed gives the same run.
+      trust: execute the code of the run of --from, which somebody else wrote.
+      most_steps: of a task of your own: a trial that has not ended by then is taken for one that
+        never does.
+      task_sha256: what the text of a task of your own must be.
       source: run to start from, its folder or `zoo:NAME`; walkers start around its winner, or go on
         with its population if that is what the experiment does.
       scale: factor on populations and generations, for a quick look.
@@ -118,6 +128,19 @@ class EvolveArguments(Together, Following):
     set: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="PATH=VALUE")
     ] = ()
+    trust: bool = False
+    most_steps: int = 1_000_000
+    task_sha256: tyro.conf.Suppress[str | None] = None
+
+    @property
+    def is_task(self) -> bool:
+        """Whether what is evolved is a user's own task."""
+        return own_task.is_task(self.experiment)
+
+    @property
+    def title(self) -> str:
+        """What is evolved, as a part of a folder's name."""
+        return own_task.find(self.experiment)[0].title if self.is_task else self.experiment
 
     def __post_init__(self) -> None:
         if not self.experiment:
@@ -126,7 +149,7 @@ class EvolveArguments(Together, Following):
             object.__setattr__(self, "experiment", usual)
 
         name, plus, controller = self.experiment.partition("+")  # as runs are named
-        if plus and self.controller is None:
+        if plus and self.controller is None and not self.is_task:
             object.__setattr__(self, "experiment", name)
             object.__setattr__(self, "controller", controller)
 
@@ -135,7 +158,9 @@ class EvolveArguments(Together, Following):
         self.check_following()
         self.check_together()
         known = [*experiments.names(), *experiments.studies()]
-        if self.experiment not in known:
+        if self.is_task:
+            self._check_task()
+        elif self.experiment not in known:
             raise RunError(f"unknown experiment {self.experiment!r}{near(self.experiment, known)}")
         if self.controller is not None and self.controller not in experiments.CONTROLLERS:
             raise RunError(
@@ -143,7 +168,7 @@ class EvolveArguments(Together, Following):
                 f"{near(self.controller, experiments.CONTROLLERS)}; known are "
                 f"{', '.join(experiments.CONTROLLERS)}"
             )
-        for flag in ("generations", "population", "terrains", "keep", "save_every"):
+        for flag in COUNTS:
             value = getattr(self, flag)
             if isinstance(value, int) and value < 1:
                 raise RunError(f"--{flag.replace('_', '-')} must be at least 1, got {value}")
@@ -160,6 +185,15 @@ class EvolveArguments(Together, Following):
                 raise RunError(f"--set {assignment!r} must be UTF-8 text, to be kept in a file")
         if self.experiment in experiments.studies():
             self._check_study()
+        if self.source is not None and not self.source.startswith(folder.ZOO):
+            own_task.trust.check_run(Path(self.source), is_given=self.trust)
+
+    def _check_task(self) -> None:
+        """Raises RunError unless the file of a user's own task is there and is Python."""
+        from mjxwalk.experiments.own_task import naming
+
+        _, path = own_task.find(self.experiment)
+        naming.check_syntax(naming.read(path))
 
     def _check_study(self) -> None:
         phases = ", ".join(experiments.phases(self.experiment))

@@ -41,6 +41,7 @@ class Export:
       frames_per_second: of a trajectory.
       terrain_seed: of a trajectory's random ground.
       roughness: of a trajectory's random ground, its step in m.
+      trust: execute the code of the run, which somebody else wrote.
     """
 
     source: Source
@@ -50,6 +51,7 @@ class Export:
     frames_per_second: float = 100.0
     terrain_seed: Seed = 0
     roughness: OptionalFloat = None
+    trust: bool = False
 
     def run(self) -> int:
         """Writes the files, says where, and returns the exit code.
@@ -112,7 +114,7 @@ class Export:
             raise RunError(f"--frames-per-second must be above 0, got {self.frames_per_second}")
         if self.roughness is not None and self.roughness < 0:
             raise RunError(f"--roughness must not be negative, got {self.roughness}")
-        walkers.check(self.source)
+        walkers.check(self.source, trust=self.trust)
         if self.to == "onnx":
             installing.load("onnx", "onnx", "--to onnx")
         elif self.to == "safetensors":

@@ -4,12 +4,16 @@ import os
 import sys
 
 from mjxwalk.errors import RunError, first_line, outgrown
+from mjxwalk.experiments import own_task
 
 
 def sentence(error: Exception) -> str | None:
     """Returns what to tell the user, None of an error that is a fault of ours."""
     if isinstance(error, RunError):
         return str(error)
+    in_task = own_task.located(error)
+    if in_task is not None:
+        return in_task
     if isinstance(error, OSError):
         if not _has_folder():
             return "the folder that this shell is in is no longer there; change to another"

@@ -30,6 +30,7 @@ class Report:
       trials: of each winner that are recorded for gait and angles; 0 for none.
       seed: of their terrains.
       engine: what runs the trials; auto takes the fastest on this machine.
+      trust: execute the code of the runs, which somebody else wrote.
     """
 
     run_folders: RunFolders
@@ -37,6 +38,7 @@ class Report:
     trials: int = 100
     seed: Seed = 0
     engine: EngineName = "auto"
+    trust: bool = False
 
     def run(self) -> int:
         """Writes the page and returns the exit code.
@@ -47,7 +49,7 @@ class Report:
         if self.trials < 0:
             raise RunError(f"--trials must not be negative, got {self.trials}")
         budget.check_asked("--trials", self.trials)
-        _check(self.run_folders)
+        _check(self.run_folders, trust=self.trust)
         from mjxwalk import engines
         from mjxwalk.report import building, page
 
@@ -75,7 +77,7 @@ class Report:
         return self.out or Path(FOLDER), ""
 
 
-def _check(paths: Sequence[Path]) -> None:
+def _check(paths: Sequence[Path], *, trust: bool) -> None:
     """Returns if there is something to report on in each folder; quick, as JAX is not imported.
 
     Raises:
@@ -96,7 +98,7 @@ def _check(paths: Sequence[Path]) -> None:
         if study.is_study(path):
             places = [file.parent for file in path.glob(f"*/{config.FILE}")]
         else:
-            walkers.check(path)
+            walkers.check(path, trust=trust)
             places = [path]
         if not any(metrics.read(place) for place in places):
             raise RunError(

@@ -9,6 +9,8 @@ from mjxwalk.cli import main, own_body, sweep_grid
 from mjxwalk.cli.argument_types import CoresOrShare, GigabytesOrAll, NameOrDefault, SweepPath
 from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.errors import Interrupted, RunError
+from mjxwalk.experiments import own_task
+from mjxwalk.experiments.own_task import naming
 from mjxwalk.runs import folder
 from mjxwalk.sweep import plan as plans
 from mjxwalk.sweep.jobs import LEAST_GB
@@ -51,7 +53,7 @@ class Sweep(EvolveArguments):
         self.check()
         self._check_flags()
         plan = self._plan()
-        path = self.out or folder.RUNS / f"sweep-{self.experiment.replace('/', '-')}-{plan.name}"
+        path = self.out or folder.RUNS / f"sweep-{self.title.replace('/', '-')}-{plan.name}"
         folder.check_name(path)
         if not plans.is_sweep(path):
             self._choose()
@@ -101,8 +103,15 @@ class Sweep(EvolveArguments):
         source, body, links = self.source, self.body, self.links
         if source is not None and not walkers.in_zoo(source):
             source = str(Path(source).absolute())
+        experiment, sha256 = self.experiment, self.task_sha256
+        if self.is_task:
+            named, file = own_task.find(experiment)
+            sha256 = naming.read(file).sha256
+            experiment = f"{file.absolute()}{':' if named.name else ''}{named.name}"
         return dataclasses.replace(
             self,
+            experiment=experiment,
+            task_sha256=sha256,
             source=source,
             body=body if body is None or own_body.is_shipped(body) else body.absolute(),
             links=links and links.absolute(),
@@ -123,7 +132,7 @@ class Sweep(EvolveArguments):
 
         seen: dict[bytes, str] = {}
         for asked in sweep_grid.grid(self, 1).values():
-            settings, _ = choose_run(asked)
+            settings = choose_run(asked).settings
             given, content = " ".join(asked.set), run_config.text(settings)
             if content in seen:
                 raise RunError(f"{seen[content]} and {given} are the same run; leave one out")

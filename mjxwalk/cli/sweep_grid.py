@@ -4,12 +4,14 @@ import dataclasses
 import itertools
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from mjxwalk.cli.argument_types import SEEDS
 from mjxwalk.cli.evolve_arguments import EvolveArguments
 from mjxwalk.cli.parsing import parse
 from mjxwalk.errors import RunError
+from mjxwalk.experiments.own_task import trust
 from mjxwalk.sweep import plan as plans
 from mjxwalk.sweep.plan import Plan, Resources
 
@@ -77,7 +79,8 @@ def arguments(asked: EvolveArguments) -> list[str]:
     found = [asked.experiment]
     for field in dataclasses.fields(EvolveArguments):
         value: Any = getattr(asked, field.name)
-        if field.name in ("experiment", "set") or value == field.default:
+        # What is trusted is so by its digest, and a folder's plan can give no trust.
+        if field.name in ("experiment", "set", "trust") or value == field.default:
             continue
         flag = "from" if field.name == "source" else field.name.replace("_", "-")
         found.append(f"--{flag}")
@@ -95,8 +98,30 @@ def is_of_sweep(args: tuple[str, ...]) -> bool:
       RunError: `mjxwalk evolve` does not take them.
     """
     asked = parse("mjxwalk evolve", EvolveArguments, args)
-    leaves = asked.out is not None or asked.distributed or asked.live
+    leaves = asked.out is not None or asked.distributed or asked.live or asked.trust
     return not leaves and tuple(arguments(asked)) == args
+
+
+def check_trust(path: Path, plan: Plan, *, is_given: bool) -> None:
+    """Raises RunError unless the code that the runs of a sweep execute is trusted.
+
+    Args:
+      path: of the sweep's folder.
+      plan: in it, from anybody.
+      is_given: whether the user said to trust it.
+    """
+    for run in plan.runs:
+        asked = parse("mjxwalk evolve", EvolveArguments, run.args)
+        if not asked.is_task:
+            continue
+        file, sha256 = asked.experiment, asked.task_sha256 or "unknown"
+        if is_given and asked.task_sha256:
+            trust.trust(sha256, file)
+        if not trust.is_trusted(sha256):
+            raise RunError(
+                f"{path} runs code that was not written on this machine: {file} (sha256 {sha256}); "
+                "read it, and add --trust if you want it executed"
+            )
 
 
 def _only_evolve(asked: EvolveArguments) -> EvolveArguments:

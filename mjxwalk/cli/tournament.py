@@ -30,6 +30,7 @@ class HoldTournament:
       engine: what runs the trials; auto takes the fastest on this machine.
       roughness: step of the random terrain, m.
       json: file to write the figures to; an old one is replaced.
+      trust: execute the code of the run, which somebody else wrote.
     """
 
     source: Source
@@ -38,6 +39,7 @@ class HoldTournament:
     engine: EngineName = "auto"
     roughness: OptionalFloat = None
     json: OptionalFile = None
+    trust: bool = False
 
     def run(self) -> int:
         """Holds the tournament, shows and writes what came out, and returns the exit code.
@@ -81,7 +83,7 @@ class HoldTournament:
         if self.terrains < 1:
             raise RunError(f"--terrains must be at least 1, got {self.terrains}")
         budget.check_asked("--terrains", self.terrains)
-        walkers.check(self.source)
+        walkers.check(self.source, trust=self.trust)
         if self.json is not None:
             outputs.check(self.json, "--json")
         elif not walkers.in_zoo(self.source) and self.roughness is None:

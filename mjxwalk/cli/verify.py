@@ -36,6 +36,7 @@ class Verify:
       contact: law under which C MuJoCo walks, another than that of the engine: points, or mujoco
         for MuJoCo's own contacts.
       json: file to write the figures to; an old one is replaced.
+      trust: execute the code of the run, which somebody else wrote.
     """
 
     source: Source
@@ -45,6 +46,7 @@ class Verify:
     roughness: OptionalFloat = None
     contact: OtherContactLaw = None
     json: OptionalFile = None
+    trust: bool = False
 
     def run(self) -> int:
         """Compares, shows what came out, and returns the exit code.
@@ -86,7 +88,7 @@ class Verify:
         budget.check_asked("--terrains", self.terrains)
         if self.roughness is not None and self.roughness < 0:
             raise RunError(f"--roughness must not be negative, got {self.roughness}")
-        walkers.check(self.source)
+        walkers.check(self.source, trust=self.trust)
         if self.json is not None:
             outputs.check(self.json, "--json")
 

@@ -38,6 +38,7 @@ class Watch:
       open: whether to open it in a browser.
       video: film of one walker to write in place of the page, .mp4 or .gif, drawn by MuJoCo.
       viewer: whether to show one walker in MuJoCo's own window in place of the page.
+      trust: execute the code of the run, which somebody else wrote.
     """
 
     source: Source
@@ -51,6 +52,7 @@ class Watch:
     open: bool = False
     video: OptionalFile = None
     viewer: bool = False
+    trust: bool = False
 
     def run(self) -> int:
         """Writes the page, says where, and returns the exit code.
@@ -101,7 +103,7 @@ class Watch:
             raise RunError(f"--roughness must be from 0 to {MAX_ROUGHNESS} m, got {self.roughness}")
         if not (math.isfinite(self.seconds) and 0.1 <= self.seconds <= MAX_SECONDS):
             raise RunError(f"--seconds must be from 0.1 to {MAX_SECONDS:g}, got {self.seconds}")
-        walkers.check(self.source)
+        walkers.check(self.source, trust=self.trust)
         self._check_drawing()
 
     def _check_drawing(self) -> None:

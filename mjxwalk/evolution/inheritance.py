@@ -8,6 +8,7 @@ import numpy as np
 
 from mjxwalk import experiments, runs, terminal, walkers
 from mjxwalk.evolution.evolvable import Evolvable
+from mjxwalk.experiments import own_task
 from mjxwalk.runs import Run, RunError
 from mjxwalk.runs.config import Origin
 from mjxwalk.runs.inheritance import Arrays, Inherited
@@ -107,12 +108,20 @@ def _innermost(arrays: Arrays) -> Arrays:
 def _check_kind(experiment: Evolvable, other: Any, source: str | Path) -> None:
     """Refuses weights of another kind of controller, whatever their shapes."""
     ours, theirs = type(experiment.template()), type(other.template())
-    if ours is not theirs:
+    if ours is not theirs and not _are_own(ours, theirs):
         raise RunError(
             f"{source} holds the weights of another controller ({theirs.__module__} has "
             f"{theirs.__name__}, {ours.__module__} {ours.__name__}), so this experiment cannot "
             "start from it"
         )
+
+
+def _are_own(ours: type, theirs: type) -> bool:
+    """Returns whether two classes of one name are of a user's own tasks, perhaps of two texts."""
+    both = (ours, theirs)
+    return len({each.__qualname__ for each in both}) == 1 and all(
+        each.__module__.startswith(own_task.MODULE) for each in both
+    )
 
 
 def _misfit(experiment: Evolvable, source: str | Path, error: RunError) -> str:

@@ -46,13 +46,20 @@ class Runner:
     stopping: Callable[[], bool]
     processes: Processes = loop.ALONE
 
-    def evolve_run(self, path: Path, settings: Config, inherited: Inherited | None) -> None:
+    def evolve_run(
+        self,
+        path: Path,
+        settings: Config,
+        inherited: Inherited | None,
+        task: bytes | None = None,
+    ) -> None:
         """Takes a new run to its end.
 
         Args:
           path: of its folder, which is made.
           settings: of the run.
           inherited: what it starts from; None for zero.
+          task: text of a user's own task; None of our own experiments.
 
         Raises:
           RunError: the folder is taken, there is no such engine, or a file cannot be written.
@@ -60,7 +67,7 @@ class Runner:
         evaluator = self.processes.share(_evaluator(settings, settings.engine))
         self.processes.check_same(settings)
         if self.processes.is_first:
-            run_config.create(path, settings, inherited)
+            run_config.create(path, settings, inherited, task)
         self._evolve(path, settings, inherited, evaluator)
 
     def resume_run(self, path: Path) -> None:

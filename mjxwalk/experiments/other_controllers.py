@@ -11,6 +11,7 @@ from mjxwalk.controllers import (
     Policy,
     RecurrentNetwork,
 )
+from mjxwalk.errors import near
 from mjxwalk.experiments import walk
 from mjxwalk.experiments.experiment import Experiment
 
@@ -38,11 +39,15 @@ def with_controller(experiment: Any, name: str) -> Experiment:
             f"{experiment.name} goes on with what evolved before; choose a controller for an "
             "experiment that starts from zero, such as planar-fil"
         )
+    if name not in CLASSES:
+        raise ValueError(f"unknown controller {name!r}{near(name, CLASSES)}")
     own, named = experiment.controller, f"{experiment.name}+{name}"
     if isinstance(own, Policy):
         kept = {setting: getattr(own, setting) for setting in KEPT}
         return dataclasses.replace(experiment, name=named, controller=CLASSES[name](**kept))
     env = experiment.env
+    if not hasattr(env, "anatomy"):
+        return dataclasses.replace(experiment, name=named, controller=CLASSES[name]())
     if all(motor.law == "torque" for motor in env.anatomy.motors):
         env = dataclasses.replace(env, acting="target")
     return dataclasses.replace(

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from mjxwalk import experiments, settings
-from mjxwalk.experiments import own_body, study_config
-from mjxwalk.runs import Run, study
+from mjxwalk.experiments import own_body, own_task, study_config
+from mjxwalk.runs import Run, study, task_file
 
 
 def command(run: Run, experiment: Any) -> str:
@@ -25,14 +25,18 @@ def command(run: Run, experiment: Any) -> str:
     whole = run.path.resolve().parent
     if study.is_study(whole):
         return _of_study(whole)
+    task = None if run.code is None else own_task.of_run(run.path, run.code)
+    # Of a user's own task the run has the file.
     name, _, controller = experiment.name.partition("+")
+    name = name if task is None else f"{run.path / task_file.FILE}:{task.code.name}"
     words = ["mjxwalk", "evolve", name, "--seed", str(run.config["seed"])]
     if controller:
         words += ["--controller", controller]
     origin = run.config.get("origin")
     if origin is not None:
         words += ["--from", str(origin["source"])]
-    usual = experiments.get(experiment.name)
+    named = experiment.name
+    usual = experiments.get(named) if task is None else task.named(named)
     text = _body(experiment)
     if text != _body(usual):
         words += ["--body", str(run.path)]

@@ -7,10 +7,10 @@ from typing import Any
 import msgspec
 
 from mjxwalk import settings
-from mjxwalk.errors import RunError
-from mjxwalk.experiments import stored
+from mjxwalk.errors import RunError, first_line
+from mjxwalk.experiments import own_task, stored
 from mjxwalk.runs import config, folder
-from mjxwalk.runs.config import ConfigFile, Origin
+from mjxwalk.runs.config import Code, ConfigFile, Origin
 from mjxwalk.runs.inheritance import Inherited
 
 
@@ -25,6 +25,7 @@ class Config:
       keep: newest checkpoints that stay; None keeps all.
       save_every: generations from one checkpoint to the next.
       origin: of what the run starts from; None for zero.
+      code: of a user's own task; None of our own experiments.
     """
 
     experiment: Any
@@ -33,6 +34,7 @@ class Config:
     keep: int | None = config.KEEP
     save_every: int = 1
     origin: Origin | None = None
+    code: Code | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 2**32:
@@ -43,29 +45,41 @@ class Config:
                 raise ValueError(f"{name} must be from 1 to {2**31 - 1}, got {value}")
 
 
-def create(path: Path, settings: Config, inherited: Inherited | None = None) -> None:
+def create(
+    path: Path,
+    settings: Config,
+    inherited: Inherited | None = None,
+    task: bytes | None = None,
+) -> None:
     """Makes a run's folder with its `config.json`.
 
     Args:
       path: of the folder.
       settings: of the run.
       inherited: what it starts from; None for zero.
+      task: text of a user's own task; None of our own experiments.
 
     Raises:
       RunError: the folder is taken, cannot be made, or the settings would not read back.
     """
-    folder.create(path, to_file(settings), inherited)
+    folder.create(path, to_file(settings), inherited, task)
 
 
 def read(path: Path) -> Config:
     """Returns the settings of the run in a folder; they equal those that were written.
 
     Raises:
-      RunError: the folder holds no run, or a setting is unknown, missing or of a wrong type.
+      RunError: the folder holds no run, a setting is unknown, missing or of a wrong type, or the
+        run has code that this user does not trust.
     """
     file, content = config.read(path)
+    task = None
+    if file.own_code is not None:
+        config.check(path, file, content)
+        task = own_task.of_run(path, file.own_code, is_main=True)
     try:
-        made = _from_file(file, None)
+        name = str(file.experiment.get("name"))
+        made = _from_file(file, None if task is None else task.named(name))
     except (RunError, ValueError) as error:
         raise RunError(f"{path / config.FILE}: {error}") from None
     config.check(path, file, content)  # last: what is wrong with a setting says more
@@ -78,6 +92,10 @@ def to_file(made: Config) -> ConfigFile:
     Raises:
       RunError: the settings would not read back as they are.
     """
+    try:
+        plain = settings.to_data(made.experiment)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise _unkept(made, error) from None
     file = ConfigFile(
         schema=config.SCHEMA,
         seed=made.seed,
@@ -85,14 +103,20 @@ def to_file(made: Config) -> ConfigFile:
         keep=made.keep,
         save_every=made.save_every,
         origin=made.origin,
-        experiment=settings.to_data(made.experiment),
+        code=msgspec.UNSET if made.code is None else made.code,
+        experiment=plain,
     )
     if not _reads_back(file, made):
-        raise RunError(
-            f"experiment {made.experiment.name} has a setting that JSON cannot hold, so the run "
-            "could not be repeated; use finite numbers, texts, lists and tables"
-        )
+        raise _unkept(made)
     return file
+
+
+def _unkept(made: Config, error: Exception | None = None) -> RunError:
+    why = "" if error is None else f" ({first_line(error)})"
+    return RunError(
+        f"experiment {made.experiment.name} has a setting that JSON cannot hold{why}, so the run "
+        "could not be repeated; use finite numbers, texts, lists and tables"
+    )
 
 
 def text(made: Config) -> bytes:
@@ -120,4 +144,5 @@ def _from_file(file: ConfigFile, defaults: Any) -> Config:
         keep=file.keep,
         save_every=file.save_every,
         origin=file.origin,
+        code=file.own_code,
     )

@@ -5,7 +5,7 @@ from typing import Any
 
 from mjxwalk import settings
 from mjxwalk.errors import RunError
-from mjxwalk.experiments import registry
+from mjxwalk.experiments import own_task, registry
 from mjxwalk.runs import Run, config
 
 # What settings were called when older runs were written, and what they are called now.
@@ -46,10 +46,14 @@ def of_run(run: Run) -> Any:
     """Returns the experiment of a run; imports JAX.
 
     Raises:
-      RunError: this mjxwalk does not know it, or its settings have changed.
+      RunError: this mjxwalk does not know it, its settings have changed, or it has code that this
+        user does not trust.
     """
+    code = run.code
+    data = run.config["experiment"]
+    task = None if code is None else own_task.of_run(run.path, code)
     try:
-        return from_data(run.config["experiment"])
+        return from_data(data, None if task is None else task.named(str(data.get("name"))))
     except (RunError, ValueError) as error:
         raise RunError(f"{run.path / config.FILE}: {error}") from None
 

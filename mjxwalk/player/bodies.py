@@ -111,7 +111,8 @@ def describe(env: Any) -> Body:
     """
     if not isinstance(env, LeggedEnv):
         raise RunError(
-            f"a {type(env).__name__} has no anatomy to show; derive it from mjxwalk.envs.LeggedEnv"
+            f"a {type(env).__name__} has no anatomy to show; derive it from "
+            "mjxwalk.envs.LeggedEnv, or see how its runs went by `mjxwalk report RUN`"
         )
     model, anatomy = env.model.mujoco, env.anatomy
     sides = body_sides(model, anatomy)

@@ -34,6 +34,20 @@ class Origin:
     generation: int
 
 
+class Code(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The code of a user's own task, which is in the run's folder.
+
+    Attributes:
+      file: what the user's file was called.
+      name: of the experiment in it; "" for the only one.
+      sha256: of the text.
+    """
+
+    file: str
+    name: str
+    sha256: str
+
+
 class ConfigFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The content of `config.json`.
 
@@ -46,6 +60,7 @@ class ConfigFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
       save_every: generations from one checkpoint to the next.
       origin: of what the run starts from; None for zero.
       start: digest of `start.npz`; None where there is none, and of older versions.
+      code: of a user's own task; unset of our own experiments.
       experiment: its settings.
     """
 
@@ -57,7 +72,13 @@ class ConfigFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     save_every: int
     origin: Origin | None = None
     start: str | None = None
+    code: Code | msgspec.UnsetType = msgspec.UNSET
     experiment: dict[str, Any]
+
+    @property
+    def own_code(self) -> Code | None:
+        """The code of a user's own task, None of our own experiments."""
+        return None if isinstance(self.code, msgspec.UnsetType) else self.code
 
 
 def write(folder: Path, file: ConfigFile) -> None:

@@ -8,7 +8,7 @@ import msgspec
 
 from mjxwalk import shell
 from mjxwalk.errors import RunError
-from mjxwalk.runs import config, files, inheritance, study
+from mjxwalk.runs import config, files, inheritance, study, task_file
 from mjxwalk.runs.config import ConfigFile
 from mjxwalk.runs.inheritance import Inherited
 from mjxwalk.runs.locking import CHECKPOINTS, LOCK_FILE, check_links, is_locked, locked
@@ -16,7 +16,12 @@ from mjxwalk.runs.locking import CHECKPOINTS, LOCK_FILE, check_links, is_locked,
 RUNS = Path("runs")
 ZOO = "zoo:"  # begins the name of a walker that ships
 # What a process that was killed while it made a run's folder may have left in it.
-BEGUN = (LOCK_FILE, inheritance.FILE, files.partial(inheritance.FILE), files.partial(config.FILE))
+WRITTEN_BEFORE = (inheritance.FILE, task_file.FILE)
+BEGUN = (
+    LOCK_FILE,
+    *WRITTEN_BEFORE,
+    *(files.partial(name) for name in (*WRITTEN_BEFORE, config.FILE)),
+)
 
 
 def default_path(experiment: str, seed: int) -> Path:
@@ -58,13 +63,16 @@ def check_free(path: Path) -> None:
         raise RunError(f"{path} exists and is not an empty folder; choose another --out")
 
 
-def create(path: Path, settings: ConfigFile, inherited: Inherited | None) -> None:
+def create(
+    path: Path, settings: ConfigFile, inherited: Inherited | None, task: bytes | None = None
+) -> None:
     """Makes a run's folder with its `config.json`.
 
     Args:
       path: of the folder.
       settings: of the run.
       inherited: what it starts from; None for zero.
+      task: text of a user's own task; None of our own experiments.
 
     Raises:
       RunError: the folder is taken, or a file cannot be written.
@@ -77,6 +85,8 @@ def create(path: Path, settings: ConfigFile, inherited: Inherited | None) -> Non
     with locked(path):
         check_free(path)  # again: another process may have been as quick
         digest = None if inherited is None else inheritance.write(path, inherited)
+        if task is not None:
+            task_file.write(path, task)
         # Last: with it the folder holds a run.
         config.write(path, msgspec.structs.replace(settings, start=digest))
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from mjxwalk.errors import RunError
 from mjxwalk.runs import config, folder, manifest, metrics, result
+from mjxwalk.runs.config import Code
 from mjxwalk.runs.result import Result
 
 Arrays = dict[str, npt.NDArray[Any]]
@@ -44,6 +45,12 @@ class Run:
     arrays: Arrays
     result: Result | None
     champion: Arrays
+
+    @property
+    def code(self) -> Code | None:
+        """The code of a user's own task, None of our own experiments."""
+        found = self.config.get("code")
+        return None if found is None else Code(**found)
 
     @property
     def population(self) -> Arrays:

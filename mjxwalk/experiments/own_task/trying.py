@@ -1,0 +1,315 @@
+"""Tries a user's task before it evolves: what is wrong is told with file and line, in seconds.
+
+Every function of the task is traced for one walker, and one walker's trial is run to its end.
+"""
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from mjxwalk.engines.pinning import pinned
+from mjxwalk.envs import Trials, TrialState
+from mjxwalk.errors import RunError
+from mjxwalk.experiments.experiment import Experiment
+from mjxwalk.experiments.own_task import blame, side_effects
+from mjxwalk.experiments.own_task.execution import MODULE, Task
+from mjxwalk.rollout import Outcome, advance, start
+
+CHUNK = 1000  # steps between looks whether a trial has ended; ours
+NUM_TRIALS = 2
+
+
+@pinned()
+def check(task: Task, experiment: Any, *, most_steps: int) -> None:
+    """Raises RunError unless a task could be evolved.
+
+    Args:
+      task: that makes the experiment.
+      experiment: that is to evolve: the task's, with its settings changed perhaps.
+      most_steps: after which a trial that has not ended is taken for one that never does.
+    """
+    file = task.place()
+    if not isinstance(experiment, Experiment):
+        _try(file, "rollout", lambda: _check_rollout(file, experiment))
+        return
+    _check_settings(file, experiment)
+    is_as_written = experiment.strategy == task.experiment.strategy
+    chosen = task.place("strategy") if is_as_written else file
+    given, genotype = _given(file, experiment), _genotype(file, chosen, experiment)
+    state = _check_functions(file, experiment, given, genotype)
+    side_effects.check_leaks(task)
+    before = side_effects.snapshot(task.module)  # now, as the first trace may fill a cache
+    _check_repeats(file, experiment, given, genotype, state)
+    side_effects.check_unchanged(task, before)
+    _check_ends(file, experiment, given, genotype, most_steps)
+
+
+def _check_settings(file: str, experiment: Experiment) -> None:
+    """Raises RunError unless the settings of environment and controller can be kept."""
+    for owner, function in ((experiment.env, "step"), (experiment.controller, "act")):
+        for kind in type(owner).__mro__:
+            parameters = vars(kind).get("__dataclass_params__")
+            is_frozen = parameters is not None and parameters.frozen
+            if kind is not type(owner) and not inspect.get_annotations(kind):
+                continue
+            if kind.__module__.startswith(MODULE) and not is_frozen:
+                raise RunError(
+                    f"{_place(file, owner, function)}: class {kind.__name__} must be a frozen "
+                    "dataclass, so that a run can keep its settings; write "
+                    "@dataclasses.dataclass(frozen=True, kw_only=True) above it"
+                )
+
+
+def _given(file: str, experiment: Experiment) -> Any:
+    """Returns what one walker is given."""
+    env = experiment.env
+    trials = _try(
+        file, "sample_trials", lambda: env.sample_trials(jax.random.key(0), NUM_TRIALS), env
+    )
+    if not isinstance(trials, Trials) or trials.num != NUM_TRIALS:
+        raise RunError(
+            f"{_place(file, env, 'sample_trials')}: sample_trials must return "
+            f"mjxwalk.envs.Trials, with one row for each trial, got {_shown(trials)}"
+        )
+    return jax.tree.map(jnp.asarray, trials.given(0))
+
+
+def _genotype(file: str, chosen: str, experiment: Experiment) -> Any:
+    """Returns the first genotype that the strategy asks for; checks the strategy.
+
+    Args:
+      file: of the task.
+      chosen: where the strategy is chosen.
+      experiment: that has it.
+    """
+    controller, size = experiment.controller, experiment.population_size
+    template = _try(file, "template", controller.template, controller)
+    leaves = jax.tree.leaves(template)
+    if not leaves or any(not jnp.issubdtype(jnp.asarray(x).dtype, jnp.floating) for x in leaves):
+        raise RunError(
+            f"{_place(file, controller, 'template')}: template must return arrays of floats, "
+            f"got {_shown(template)}"
+        )
+    words = f"strategy {experiment.strategy.name}"
+    strategy = _try(chosen, words, experiment.make_strategy)
+    key = jax.random.key(1)
+    state = _try(chosen, words, lambda: strategy.init(key, template))
+    population, asked = _try(chosen, words, lambda: strategy.ask(key, state))
+    wanted = jax.tree.map(lambda x: jax.ShapeDtypeStruct((size, *x.shape), x.dtype), template)
+    _check_same(chosen, f"{words}: ask", wanted, population, "the template with a population axis")
+
+    def tell(told: Any) -> Any:
+        return strategy.tell(key, population, jnp.zeros(size), told)[0]
+
+    after = _try(chosen, words, lambda: jax.eval_shape(tell, asked))
+    _check_same(chosen, f"{words}: tell", asked, after, "the state that it was given")
+    return jax.tree.map(lambda leaf: leaf[0], population)
+
+
+def _check_functions(file: str, experiment: Experiment, given: Any, genotype: Any) -> Any:
+    """Traces each function of a walker alone, and returns the shapes of a state."""
+    env, controller = experiment.env, experiment.controller
+    state = _trace(file, env, "reset", lambda: env.reset(given))
+    if not isinstance(getattr(state, "trial", None), TrialState):
+        raise RunError(
+            f"{_place(file, env, 'reset')}: the state that reset returns must have a "
+            f"mjxwalk.envs.TrialState as trial, got {_shown(state)}; start with TrialState.begin()"
+        )
+    qpos = getattr(state, "qpos", None)
+    if len(getattr(qpos, "shape", ())) != 1:
+        raise RunError(
+            f"{_place(file, env, 'reset')}: the state that reset returns must have an array of one "
+            f"axis as qpos, whose first number is how far the walker came, got {_shown(qpos)}"
+        )
+    seen = _trace(file, env, "observe", lambda s: env.observe(s), state)
+    names = getattr(env, "observation_names", None)
+    if names is not None and jnp.shape(seen) != (len(names),):
+        raise RunError(
+            f"{_place(file, env, 'observe')}: observe must return an array of {len(names)} "
+            f"numbers, as many as observation_names, got {_shown(seen)}"
+        )
+    memory = _trace(file, controller, "init", lambda g: controller.init(g), genotype)
+    acted = _trace(
+        file, controller, "act", lambda g, m, o: controller.act(g, m, o), genotype, memory, seen
+    )
+    if not isinstance(acted, tuple) or len(acted) != 2:
+        raise RunError(
+            f"{_place(file, controller, 'act')}: act must return a new memory and an action, got "
+            f"{_shown(acted)}"
+        )
+    _check_same(_place(file, controller, "act"), "act", memory, acted[0], "the memory of init")
+    names = getattr(env, "action_names", None)
+    if names is not None and jnp.shape(acted[1]) != (len(names),):
+        raise RunError(
+            f"{_place(file, controller, 'act')}: act must return an action of {len(names)} "
+            f"numbers, as many as the environment's action_names, got {_shown(acted[1])}"
+        )
+    after = _trace(file, env, "step", lambda s, a: env.step(s, a, given), state, acted[1])
+    _check_same(_place(file, env, "step"), "step", state, after, "the state that reset returned")
+    fitness = _trace(file, env, "fitness", lambda s: env.fitness(s), state)
+    if jnp.shape(fitness) != () or not jnp.issubdtype(fitness.dtype, jnp.floating):
+        raise RunError(
+            f"{_place(file, env, 'fitness')}: fitness must return one number, an array without "
+            f"axes, got {_shown(fitness)}"
+        )
+    return state
+
+
+def _check_repeats(
+    file: str, experiment: Experiment, given: Any, genotype: Any, state: Any
+) -> None:
+    """Raises RunError if a function computes something else when it is traced once more."""
+    env, controller = experiment.env, experiment.controller
+    seen = jax.eval_shape(lambda s: env.observe(s), state)
+    memory = jax.eval_shape(lambda g: controller.init(g), genotype)
+    action = jax.eval_shape(lambda *x: controller.act(*x), genotype, memory, seen)[1]
+    functions: list[tuple[Any, str, Callable[..., Any], tuple[Any, ...]]] = [
+        (env, "reset", lambda g: env.reset(g), (given,)),
+        (env, "observe", lambda s: env.observe(s), (state,)),
+        (controller, "act", lambda *x: controller.act(*x), (genotype, memory, seen)),
+        (env, "step", lambda s, a, g: env.step(s, a, g), (state, action, given)),
+        (env, "fitness", lambda s: env.fitness(s), (state,)),
+    ]
+    for owner, name, function, args in functions:
+        place = blame.place_of(owner, name)
+        if place is not None and _written(function, args) != _written(function, args):
+            raise RunError(
+                f"{place}: {name} computes something else each time it is traced; it may depend on "
+                "its arguments alone, so use jax.random with a key from the state in place of "
+                "Python's or NumPy's random numbers, and no clock and no counter"
+            )
+
+
+def _written(function: Callable[..., Any], args: tuple[Any, ...]) -> str:
+    # A function that JAX has not met, as it remembers what it traced.
+    closed = jax.make_jaxpr(lambda *x: function(*x))(*args)
+    numbers = [np.asarray(const).tobytes() for const in closed.consts if hasattr(const, "dtype")]
+    return f"{re.sub('0x[0-9a-f]+', '', str(closed))}{numbers}"
+
+
+def _check_ends(
+    file: str, experiment: Experiment, given: Any, genotype: Any, most_steps: int
+) -> None:
+    """Raises RunError unless a walker's trial ends within so many steps."""
+    env, controller = experiment.env, experiment.controller
+    if type(env).step.__module__.startswith("mjxwalk."):
+        return  # which end after their longest time; to run one takes long to compile
+
+    def some(walk: Any) -> Any:
+        def walking(at: Any) -> Any:
+            return (at[0] < CHUNK) & ~at[1].state.trial.done
+
+        def step(at: Any) -> Any:
+            return at[0] + 1, advance(env, controller, genotype, given, at[1])
+
+        return jax.lax.while_loop(walking, step, (jnp.zeros((), jnp.int32), walk))
+
+    def first() -> Any:
+        return jax.jit(lambda: start(env, controller, genotype, given))()
+
+    walk, steps, proceed = _try(file, "reset", first, env), 0, jax.jit(some)
+    while steps < most_steps:
+        taken, walk = _try(file, "step", lambda walk=walk: proceed(walk), env)
+        steps += int(taken)
+        if bool(walk.state.trial.done):
+            return
+    raise RunError(
+        f"{_place(file, env, 'step')}: a trial has not ended after {steps:,} steps; let "
+        "state.trial.done become true at some time, or give --most-steps if trials are that long"
+    )
+
+
+def _check_rollout(file: str, experiment: Any) -> None:
+    """Raises RunError unless another kind of experiment evaluates a walker and has a strategy."""
+    strategy = experiment.make_strategy()
+    population, _ = strategy.ask(
+        jax.random.key(1), strategy.init(jax.random.key(1), experiment.template())
+    )
+    if not hasattr(experiment, "rollout"):
+        raise RunError(f"{file}: {type(experiment).__name__} has no rollout(genotype, given)")
+    trials = experiment.sample_trials(jax.random.key(0), NUM_TRIALS, None)
+    genotype = jax.tree.map(lambda leaf: leaf[0], population)
+    outcome = jax.eval_shape(lambda g: experiment.rollout(g, trials.given(0)), genotype)
+    if not isinstance(outcome, Outcome):
+        place = _place(file, experiment, "rollout")
+        raise RunError(f"{place}: rollout must return an Outcome, got {_shown(outcome)}")
+    for name, value in outcome._asdict().items():
+        if jnp.shape(value) != ():
+            place = _place(file, experiment, "rollout")
+            raise RunError(f"{place}: {name} must be one number, got {_shown(value)}")
+
+
+def _trace(file: str, owner: Any, name: str, function: Callable[..., Any], *args: Any) -> Any:
+    return _try(file, name, lambda: jax.eval_shape(function, *args), owner)
+
+
+def _try(file: str, what: str, function: Callable[[], Any], owner: Any = None) -> Any:
+    """Returns what a function returns; an error in it is told with its place.
+
+    Args:
+      file: of the task.
+      what: the function is, in a word.
+      function: without arguments.
+      owner: of the user's function; None where there is none.
+    """
+    try:
+        return function()
+    except RunError:
+        raise
+    except Exception as error:
+        place = _place(file, owner, what)
+        told = blame.located(error) or f"{place}: {what} fails: {blame.message(error)}"
+        raise RunError(told) from error
+
+
+def _place(file: str, owner: Any, name: str) -> str:
+    return (None if owner is None else blame.place_of(owner, name)) or file
+
+
+def _check_same(place: str, what: str, old: Any, new: Any, of: str) -> None:
+    """Raises RunError unless two trees have the same parts, shapes and types.
+
+    Args:
+      place: of the function, for the complaint.
+      what: it is called.
+      old: what must come back.
+      new: what came.
+      of: what `old` is, in words.
+    """
+    if new is None and old is not None:
+        raise RunError(f"{place}: {what} returns nothing; it must return {of}, as it is now")
+    if jax.tree.structure(old) != jax.tree.structure(new):
+        raise RunError(
+            f"{place}: {what} must return the same parts as {of}, which is {_shown(old)}, got "
+            f"{_shown(new)}"
+        )
+    leaves = jax.tree.leaves_with_path(old)
+    for (path, one), two in zip(leaves, jax.tree.leaves(new), strict=True):
+        if jnp.shape(one) != jnp.shape(two) or jnp.result_type(one) != jnp.result_type(two):
+            name = jax.tree_util.keystr(path).lstrip(".")
+            raise RunError(
+                f"{place}: {what} changes {name or 'it'} from {_shown(one)} to {_shown(two)}; it "
+                f"must keep the shape and the type of {of}"
+            )
+
+
+def _shown(value: Any) -> str:
+    """Returns what a value is, in a few words."""
+    if hasattr(value, "shape") and hasattr(value, "dtype"):
+        shape = ", ".join(map(str, value.shape))
+        return f"{value.dtype}[{shape}]"
+    if value is None:
+        return "nothing"
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        parts = (f"{name}: {_shown(part)}" for name, part in zip(value._fields, value, strict=True))
+        return f"{type(value).__name__}({', '.join(parts)})"
+    if dataclasses.is_dataclass(value) or not isinstance(value, tuple | list | dict):
+        return f"a {type(value).__name__}"
+    parts = value.values() if isinstance(value, dict) else value
+    return f"{type(value).__name__}({', '.join(map(_shown, parts))})"
