@@ -88,6 +88,7 @@ OtherContactLaw: TypeAlias = Annotated[
     str | None,
     _primitive("|".join(LAWS), _contact_law, " or ".join(LAWS), none="as-evolved"),
 ]
+DigestOrAny: TypeAlias = Annotated[str | None, _primitive("HEX", str, "a digest", none="any")]
 CountOrAll: TypeAlias = Annotated[
     int | None, _primitive("INT|all", _count_or_all, "a whole number or all", none="all")
 ]

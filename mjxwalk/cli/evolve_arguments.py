@@ -11,6 +11,7 @@ from mjxwalk.cli import own_body
 from mjxwalk.cli.argument_types import (
     ContactLaw,
     CountOrAll,
+    DigestOrAny,
     EngineName,
     NameOrCluster,
     NumberOrCluster,
@@ -82,7 +83,7 @@ class EvolveArguments(Together, Following):
       trust: execute the code of the run of --from, which somebody else wrote.
       most_steps: of a task of your own: a trial that has not ended by then is taken for one that
         never does.
-      task_sha256: what the text of a task of your own must be.
+      task_sha256: DigestOrAny = None
       source: run to start from, its folder or `zoo:NAME`; walkers start around its winner, or go on
         with its population if that is what the experiment does.
       scale: factor on populations and generations, for a quick look.
@@ -130,7 +131,7 @@ class EvolveArguments(Together, Following):
     ] = ()
     trust: bool = False
     most_steps: int = 1_000_000
-    task_sha256: tyro.conf.Suppress[str | None] = None
+    task_sha256: DigestOrAny = None
 
     @property
     def is_task(self) -> bool:

@@ -50,7 +50,7 @@ def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
     if goal.trials:
         share = "" if goal.share == 1.0 else f"{100 * goal.share:g} % of "
         how_long = f"until {share}{goal.trials} trials end without a fall, at most {how_long}"
-    elif experiment.pruning is not None:
+    elif getattr(experiment, "pruning", None) is not None:
         how_long = f"until pruning costs too much, at most {how_long}"
     lines = [
         f"{what}: {how_long} of "

@@ -19,7 +19,20 @@ from mjxwalk.runs.task_file import TaskText
 
 # Names of modules; none begins as those of this package do, whose classes are known by their files.
 MODULE = "own_task_"
-EVOLVABLE = ("name", "generations", "terrains_per_evaluation", "goal", "template", "make_strategy")
+# What every kind of experiment has, and the command line needs.
+EVOLVABLE = (
+    "name",
+    "generations",
+    "population_size",
+    "terrains_per_evaluation",
+    "goal",
+    "weight",
+    "start",
+    "template",
+    "make_strategy",
+    "sample_trials",
+    "rollout",
+)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -233,7 +246,10 @@ def _check(found: Any, text: TaskText, name: str) -> None:
     """Raises RunError unless an object is an experiment whose runs can be told by its name."""
     if not _is_evolvable(found):
         kind = found.__name__ if isinstance(found, type) else type(found).__name__
-        raise RunError(f"{text.shown}: {name} must be an Experiment, got {kind}")
+        lacks = [each for each in EVOLVABLE if not hasattr(found, each)]
+        # One that has most is meant to be an experiment of another kind.
+        more = f", which has no {', '.join(lacks)}" if 2 * len(lacks) < len(EVOLVABLE) else ""
+        raise RunError(f"{text.shown}: {name} must be an Experiment, got {kind}{more}")
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}", str(found.name)):
         raise RunError(
             f"{text.shown}: the name of {name} must be letters, digits, dots and hyphens, got "

@@ -3,7 +3,6 @@
 Every function of the task is traced for one walker, and one walker's trial is run to its end.
 """
 
-import dataclasses
 import inspect
 import re
 from collections.abc import Callable
@@ -17,7 +16,7 @@ from mjxwalk.engines.pinning import pinned
 from mjxwalk.envs import Trials, TrialState
 from mjxwalk.errors import RunError
 from mjxwalk.experiments.experiment import Experiment
-from mjxwalk.experiments.own_task import blame, side_effects
+from mjxwalk.experiments.own_task import blame, shapes, side_effects
 from mjxwalk.experiments.own_task.execution import MODULE, Task
 from mjxwalk.rollout import Outcome, advance, start
 
@@ -75,7 +74,7 @@ def _given(file: str, experiment: Experiment) -> Any:
     if not isinstance(trials, Trials) or trials.num != NUM_TRIALS:
         raise RunError(
             f"{_place(file, env, 'sample_trials')}: sample_trials must return "
-            f"mjxwalk.envs.Trials, with one row for each trial, got {_shown(trials)}"
+            f"mjxwalk.envs.Trials, with one row for each trial, got {shapes.shown(trials)}"
         )
     return jax.tree.map(jnp.asarray, trials.given(0))
 
@@ -94,7 +93,7 @@ def _genotype(file: str, chosen: str, experiment: Experiment) -> Any:
     if not leaves or any(not jnp.issubdtype(jnp.asarray(x).dtype, jnp.floating) for x in leaves):
         raise RunError(
             f"{_place(file, controller, 'template')}: template must return arrays of floats, "
-            f"got {_shown(template)}"
+            f"got {shapes.shown(template)}"
         )
     words = f"strategy {experiment.strategy.name}"
     strategy = _try(chosen, words, experiment.make_strategy)
@@ -102,13 +101,15 @@ def _genotype(file: str, chosen: str, experiment: Experiment) -> Any:
     state = _try(chosen, words, lambda: strategy.init(key, template))
     population, asked = _try(chosen, words, lambda: strategy.ask(key, state))
     wanted = jax.tree.map(lambda x: jax.ShapeDtypeStruct((size, *x.shape), x.dtype), template)
-    _check_same(chosen, f"{words}: ask", wanted, population, "the template with a population axis")
+    shapes.check_same(
+        chosen, f"{words}: ask", wanted, population, "the template with a population axis"
+    )
 
     def tell(told: Any) -> Any:
         return strategy.tell(key, population, jnp.zeros(size), told)[0]
 
     after = _try(chosen, words, lambda: jax.eval_shape(tell, asked))
-    _check_same(chosen, f"{words}: tell", asked, after, "the state that it was given")
+    shapes.check_same(chosen, f"{words}: tell", asked, after, "the state that it was given")
     return jax.tree.map(lambda leaf: leaf[0], population)
 
 
@@ -119,20 +120,20 @@ def _check_functions(file: str, experiment: Experiment, given: Any, genotype: An
     if not isinstance(getattr(state, "trial", None), TrialState):
         raise RunError(
             f"{_place(file, env, 'reset')}: the state that reset returns must have a "
-            f"mjxwalk.envs.TrialState as trial, got {_shown(state)}; start with TrialState.begin()"
+            f"mjxwalk.envs.TrialState as trial, got {shapes.shown(state)}; start with TrialState.begin()"
         )
     qpos = getattr(state, "qpos", None)
     if len(getattr(qpos, "shape", ())) != 1:
         raise RunError(
             f"{_place(file, env, 'reset')}: the state that reset returns must have an array of one "
-            f"axis as qpos, whose first number is how far the walker came, got {_shown(qpos)}"
+            f"axis as qpos, whose first number is how far the walker came, got {shapes.shown(qpos)}"
         )
     seen = _trace(file, env, "observe", lambda s: env.observe(s), state)
     names = getattr(env, "observation_names", None)
     if names is not None and jnp.shape(seen) != (len(names),):
         raise RunError(
             f"{_place(file, env, 'observe')}: observe must return an array of {len(names)} "
-            f"numbers, as many as observation_names, got {_shown(seen)}"
+            f"numbers, as many as observation_names, got {shapes.shown(seen)}"
         )
     memory = _trace(file, controller, "init", lambda g: controller.init(g), genotype)
     acted = _trace(
@@ -141,22 +142,26 @@ def _check_functions(file: str, experiment: Experiment, given: Any, genotype: An
     if not isinstance(acted, tuple) or len(acted) != 2:
         raise RunError(
             f"{_place(file, controller, 'act')}: act must return a new memory and an action, got "
-            f"{_shown(acted)}"
+            f"{shapes.shown(acted)}"
         )
-    _check_same(_place(file, controller, "act"), "act", memory, acted[0], "the memory of init")
+    shapes.check_same(
+        _place(file, controller, "act"), "act", memory, acted[0], "the memory of init"
+    )
     names = getattr(env, "action_names", None)
     if names is not None and jnp.shape(acted[1]) != (len(names),):
         raise RunError(
             f"{_place(file, controller, 'act')}: act must return an action of {len(names)} "
-            f"numbers, as many as the environment's action_names, got {_shown(acted[1])}"
+            f"numbers, as many as the environment's action_names, got {shapes.shown(acted[1])}"
         )
     after = _trace(file, env, "step", lambda s, a: env.step(s, a, given), state, acted[1])
-    _check_same(_place(file, env, "step"), "step", state, after, "the state that reset returned")
+    shapes.check_same(
+        _place(file, env, "step"), "step", state, after, "the state that reset returned"
+    )
     fitness = _trace(file, env, "fitness", lambda s: env.fitness(s), state)
     if jnp.shape(fitness) != () or not jnp.issubdtype(fitness.dtype, jnp.floating):
         raise RunError(
             f"{_place(file, env, 'fitness')}: fitness must return one number, an array without "
-            f"axes, got {_shown(fitness)}"
+            f"axes, got {shapes.shown(fitness)}"
         )
     return state
 
@@ -231,18 +236,16 @@ def _check_rollout(file: str, experiment: Any) -> None:
     population, _ = strategy.ask(
         jax.random.key(1), strategy.init(jax.random.key(1), experiment.template())
     )
-    if not hasattr(experiment, "rollout"):
-        raise RunError(f"{file}: {type(experiment).__name__} has no rollout(genotype, given)")
     trials = experiment.sample_trials(jax.random.key(0), NUM_TRIALS, None)
     genotype = jax.tree.map(lambda leaf: leaf[0], population)
     outcome = jax.eval_shape(lambda g: experiment.rollout(g, trials.given(0)), genotype)
     if not isinstance(outcome, Outcome):
         place = _place(file, experiment, "rollout")
-        raise RunError(f"{place}: rollout must return an Outcome, got {_shown(outcome)}")
+        raise RunError(f"{place}: rollout must return an Outcome, got {shapes.shown(outcome)}")
     for name, value in outcome._asdict().items():
-        if jnp.shape(value) != ():
+        if value is not None and name != "sensed" and jnp.shape(value) != ():
             place = _place(file, experiment, "rollout")
-            raise RunError(f"{place}: {name} must be one number, got {_shown(value)}")
+            raise RunError(f"{place}: {name} must be one number, got {shapes.shown(value)}")
 
 
 def _trace(file: str, owner: Any, name: str, function: Callable[..., Any], *args: Any) -> Any:
@@ -270,46 +273,3 @@ def _try(file: str, what: str, function: Callable[[], Any], owner: Any = None) -
 
 def _place(file: str, owner: Any, name: str) -> str:
     return (None if owner is None else blame.place_of(owner, name)) or file
-
-
-def _check_same(place: str, what: str, old: Any, new: Any, of: str) -> None:
-    """Raises RunError unless two trees have the same parts, shapes and types.
-
-    Args:
-      place: of the function, for the complaint.
-      what: it is called.
-      old: what must come back.
-      new: what came.
-      of: what `old` is, in words.
-    """
-    if new is None and old is not None:
-        raise RunError(f"{place}: {what} returns nothing; it must return {of}, as it is now")
-    if jax.tree.structure(old) != jax.tree.structure(new):
-        raise RunError(
-            f"{place}: {what} must return the same parts as {of}, which is {_shown(old)}, got "
-            f"{_shown(new)}"
-        )
-    leaves = jax.tree.leaves_with_path(old)
-    for (path, one), two in zip(leaves, jax.tree.leaves(new), strict=True):
-        if jnp.shape(one) != jnp.shape(two) or jnp.result_type(one) != jnp.result_type(two):
-            name = jax.tree_util.keystr(path).lstrip(".")
-            raise RunError(
-                f"{place}: {what} changes {name or 'it'} from {_shown(one)} to {_shown(two)}; it "
-                f"must keep the shape and the type of {of}"
-            )
-
-
-def _shown(value: Any) -> str:
-    """Returns what a value is, in a few words."""
-    if hasattr(value, "shape") and hasattr(value, "dtype"):
-        shape = ", ".join(map(str, value.shape))
-        return f"{value.dtype}[{shape}]"
-    if value is None:
-        return "nothing"
-    if isinstance(value, tuple) and hasattr(value, "_fields"):
-        parts = (f"{name}: {_shown(part)}" for name, part in zip(value._fields, value, strict=True))
-        return f"{type(value).__name__}({', '.join(parts)})"
-    if dataclasses.is_dataclass(value) or not isinstance(value, tuple | list | dict):
-        return f"a {type(value).__name__}"
-    parts = value.values() if isinstance(value, dict) else value
-    return f"{type(value).__name__}({', '.join(map(_shown, parts))})"

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from mjxwalk.controllers import Controller
+from mjxwalk.controllers import LinearFeedback
 from mjxwalk.envs import FlatEnv, TrialState
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
 
@@ -76,30 +76,10 @@ class Hopper(FlatEnv):
         return height < self.leg
 
 
-class Weights(NamedTuple):
-    """The genotype: any tuple or dict of arrays of floats."""
-
-    gains: Float[Array, "2 4"]
-    bias: Float[Array, "2"]
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Linear(Controller):
-    """Each number of the action is a weighted sum of what is sensed, cut to -1 ... 1."""
-
-    def template(self) -> Weights:
-        """Returns the genotype that the first generation is drawn around."""
-        return Weights(jnp.zeros((2, 4)), jnp.zeros(2))
-
-    def act(self, genotype: Weights, memory: Any, observation: Any, /) -> tuple[Any, Any]:
-        """Returns the new memory, of which there is none, and the action."""
-        return memory, jnp.clip(genotype.gains @ observation + genotype.bias, -1.0, 1.0)
-
-
 TASK = Experiment(
     name="hopper",
     env=Hopper(),
-    controller=Linear(),
+    controller=LinearFeedback(),  # or Mlp(hidden=(16,)), or RecurrentNetwork()
     strategy=StrategyChoice(name="snes", options={"sigma": 0.5}),  # docs/strategies.md has others
     population_size=64,
     generations=50,
