@@ -63,6 +63,20 @@ def test_a_run_goes_on_from_the_walker_of_an_older_text() -> None:
     assert json.loads(Path("newer/config.json").read_text())["origin"]["source"] == "run"
 
 
+def test_another_controller_decides_and_is_read_back() -> None:
+    args = ["evolve", "mine.py", "--controller", "mlp", "--set", "controller.hidden=[3]"]
+    assert cli.main([*args, *SMALL, "--out", "mlp"]) == 0
+    assert experiments.of_run(runs.load("mlp")).controller.hidden == (3,)
+    shutil.copytree("mlp", "mlp-stopped")
+    for name in ("result.json", "champion.npz", "checkpoints/2"):
+        files.remove(Path("mlp-stopped"), name)
+    assert cli.main(["resume", "mlp-stopped"]) == 0
+    assert Path("mlp-stopped/champion.npz").read_bytes() == Path("mlp/champion.npz").read_bytes()
+    assert cli.main(["report", "mlp", "--trials", "2"]) == 0
+    page = Path("mlp/report/report.html").read_text(encoding="utf-8")
+    assert "mlp/task.py:TASK --seed 0 --controller mlp" in page
+
+
 def test_tools_work_or_say_what_they_need(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["tournament", "run", "--terrains", "4"]) == 0
     assert cli.main(["report", "run", "--trials", "2"]) == 0

@@ -50,4 +50,4 @@ def shown(value: Any) -> str:
     if dataclasses.is_dataclass(value) or not isinstance(value, tuple | list | dict):
         return f"a {type(value).__name__}"
     parts = value.values() if isinstance(value, dict) else value
-    return f"{type(value).__name__}({', '.join(map(_shown, parts))})"
+    return f"{type(value).__name__}({', '.join(map(shown, parts))})"

@@ -120,7 +120,8 @@ def _check_functions(file: str, experiment: Experiment, given: Any, genotype: An
     if not isinstance(getattr(state, "trial", None), TrialState):
         raise RunError(
             f"{_place(file, env, 'reset')}: the state that reset returns must have a "
-            f"mjxwalk.envs.TrialState as trial, got {shapes.shown(state)}; start with TrialState.begin()"
+            f"mjxwalk.envs.TrialState as trial, got {shapes.shown(state)}; start with "
+            "TrialState.begin()"
         )
     qpos = getattr(state, "qpos", None)
     if len(getattr(qpos, "shape", ())) != 1:
