@@ -68,6 +68,21 @@ def write(path: Path, content: bytes, *, run: Path | None = None) -> None:
         raise RunError(f"{path} could not be written: {files.describe(error)}") from None
 
 
+def create(path: Path, content: bytes) -> None:
+    """Writes a file that was not there.
+
+    Raises:
+      RunError: something is there already, or the file cannot be written.
+    """
+    try:
+        with path.open("xb") as file:
+            file.write(content)
+    except FileExistsError:
+        raise RunError(f"{path} is there already; choose another name") from None
+    except OSError as error:
+        raise RunError(f"{path} could not be written: {files.describe(error)}") from None
+
+
 def as_json(data: Any) -> bytes:
     """Returns the content of a JSON file."""
     return msgspec.json.format(msgspec.json.encode(data), indent=2) + b"\n"

@@ -31,14 +31,7 @@ class New:
         """
         if self.file.suffix != ".py":
             raise RunError(f"{self.file} must end in .py, as a file of Python does")
-        outputs.check(self.file, "FILE")
-        try:
-            with self.file.open("x", encoding="utf-8") as file:
-                file.write(examples.text(self.kind))
-        except FileExistsError:
-            raise RunError(f"{self.file} is there already; choose another name") from None
-        except OSError as error:
-            raise RunError(f"{self.file} could not be written: {error.strerror}") from None
+        outputs.create(self.file, examples.text(self.kind).encode())
         print(f"{self.file}: {examples.KINDS[self.kind]}")
         print(f"next: {shell.command('evolve', self.file)}")
         return 0
