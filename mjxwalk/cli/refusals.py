@@ -21,6 +21,8 @@ def sentence(error: Exception) -> str | None:
         return f"{error.filename or 'the output'} cannot be used: {reason}"
     if isinstance(error, ImportError):
         return f"a library cannot be loaded: {error}"
+    if type(error).__name__ == "CannotCompileError":  # of an engine, not imported for its name
+        return str(error)
     told = outgrown(error)
     if told is not None or "jax" not in sys.modules:
         return told

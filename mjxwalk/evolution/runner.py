@@ -66,6 +66,8 @@ class Runner:
         """
         evaluator = self.processes.share(_evaluator(settings, settings.engine))
         self.processes.check_same(settings)
+        if task is not None:  # what the engine cannot compile is told before a folder is made
+            _prepare(settings.experiment, evaluator)
         if self.processes.is_first:
             run_config.create(path, settings, inherited, task)
         self._evolve(path, settings, inherited, evaluator)
@@ -181,6 +183,18 @@ def _evaluator(settings: Config, engine: str) -> Any:
         return evaluation.make_evaluator(settings.experiment, engine)
     except (ValueError, TypeError, OverflowError) as error:
         raise RunError(str(error)) from None
+
+
+@pinning.pinned()
+def _prepare(experiment: Any, evaluator: Any) -> None:
+    """Compiles the trials of a generation."""
+    strategy = experiment.make_strategy()
+
+    def shapes(key: Any, template: Any) -> Any:
+        population, _ = strategy.ask(key, strategy.init(key, template))
+        return population, experiment.sample_trials(key, experiment.terrains_per_evaluation)
+
+    evaluator.prepare(*jax.eval_shape(shapes, jax.random.key(0), experiment.template()))
 
 
 @contextlib.contextmanager

@@ -18,10 +18,11 @@ from mjxwalk.errors import RunError
 from mjxwalk.experiments.experiment import Experiment
 from mjxwalk.experiments.own_task import blame, shapes, side_effects
 from mjxwalk.experiments.own_task.execution import MODULE, Task
-from mjxwalk.rollout import Outcome, advance, start
+from mjxwalk.experiments.own_task.first_trial import FirstTrial
+from mjxwalk.rollout import Outcome
 
-CHUNK = 1000  # steps between looks whether a trial has ended; ours
 NUM_TRIALS = 2
+MOST_WALKERS = 8  # that are tried until one has a fitness; ours
 
 
 @pinned()
@@ -40,13 +41,14 @@ def check(task: Task, experiment: Any, *, most_steps: int) -> None:
     _check_settings(file, experiment)
     is_as_written = experiment.strategy == task.experiment.strategy
     chosen = task.place("strategy") if is_as_written else file
-    given, genotype = _given(file, experiment), _genotype(file, chosen, experiment)
+    given, population = _given(file, experiment), _population(file, chosen, experiment)
+    genotype = jax.tree.map(lambda leaf: leaf[0], population)
     state = _check_functions(file, experiment, given, genotype)
     side_effects.check_leaks(task)
     before = side_effects.snapshot(task.module)  # now, as the first trace may fill a cache
     _check_repeats(file, experiment, given, genotype, state)
     side_effects.check_unchanged(task, before)
-    _check_ends(file, experiment, given, genotype, most_steps)
+    _check_trials(file, experiment, given, population, most_steps)
 
 
 def _check_settings(file: str, experiment: Experiment) -> None:
@@ -79,8 +81,8 @@ def _given(file: str, experiment: Experiment) -> Any:
     return jax.tree.map(jnp.asarray, trials.given(0))
 
 
-def _genotype(file: str, chosen: str, experiment: Experiment) -> Any:
-    """Returns the first genotype that the strategy asks for; checks the strategy.
+def _population(file: str, chosen: str, experiment: Experiment) -> Any:
+    """Returns the first population that the strategy asks for; checks the strategy.
 
     Args:
       file: of the task.
@@ -110,7 +112,7 @@ def _genotype(file: str, chosen: str, experiment: Experiment) -> Any:
 
     after = _try(chosen, words, lambda: jax.eval_shape(tell, asked))
     shapes.check_same(chosen, f"{words}: tell", asked, after, "the state that it was given")
-    return jax.tree.map(lambda leaf: leaf[0], population)
+    return population
 
 
 def _check_functions(file: str, experiment: Experiment, given: Any, genotype: Any) -> Any:
@@ -199,35 +201,22 @@ def _written(function: Callable[..., Any], args: tuple[Any, ...]) -> str:
     return f"{re.sub('0x[0-9a-f]+', '', str(closed))}{numbers}"
 
 
-def _check_ends(
-    file: str, experiment: Experiment, given: Any, genotype: Any, most_steps: int
+def _check_trials(
+    file: str, experiment: Experiment, given: Any, population: Any, most_steps: int
 ) -> None:
-    """Raises RunError unless a walker's trial ends within so many steps."""
-    env, controller = experiment.env, experiment.controller
+    """Raises RunError unless a walker's trial ends within so many steps, with a fitness."""
+    env = experiment.env
     if type(env).step.__module__.startswith("mjxwalk."):
-        return  # which end after their longest time; to run one takes long to compile
-
-    def some(walk: Any) -> Any:
-        def walking(at: Any) -> Any:
-            return (at[0] < CHUNK) & ~at[1].state.trial.done
-
-        def step(at: Any) -> Any:
-            return at[0] + 1, advance(env, controller, genotype, given, at[1])
-
-        return jax.lax.while_loop(walking, step, (jnp.zeros((), jnp.int32), walk))
-
-    def first() -> Any:
-        return jax.jit(lambda: start(env, controller, genotype, given))()
-
-    walk, steps, proceed = _try(file, "reset", first, env), 0, jax.jit(some)
-    while steps < most_steps:
-        taken, walk = _try(file, "step", lambda walk=walk: proceed(walk), env)
-        steps += int(taken)
-        if bool(walk.state.trial.done):
+        return  # its trials end after their longest time; to run one takes long to compile
+    trial = FirstTrial(_place(file, env, "step"), experiment, given)
+    for number in range(min(experiment.population_size, MOST_WALKERS)):
+        genotype = jax.tree.map(lambda leaf, n=number: leaf[n], population)
+        walk = _try(file, "step", lambda one=genotype: trial.run(one, most_steps), env)
+        if np.isfinite(_try(file, "fitness", lambda walk=walk: env.fitness(walk.state), env)):
             return
     raise RunError(
-        f"{_place(file, env, 'step')}: a trial has not ended after {steps:,} steps; let "
-        "state.trial.done become true at some time, or give --most-steps if trials are that long"
+        f"{_place(file, env, 'fitness')}: fitness is not a finite number for any of the first "
+        "walkers at the end of their trials; look for a division by zero, or a step that diverges"
     )
 
 

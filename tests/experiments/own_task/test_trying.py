@@ -90,6 +90,11 @@ WRONG = {
         STEP,
         "has not ended after 2,000 steps",
     ),
+    "not a number": (
+        changed("return state.qpos[0] - ", "return 0.0 / (0.0 * state.qpos[0]) - "),
+        "    def fitness(",
+        "not a finite number for any of the first walkers",
+    ),
     "no strategy": (changed('name="snes"', 'name="snez"'), "    strategy=", "did you mean snes"),
     "no option": (changed('"sigma"', '"sigmar"'), "    strategy=", "unknown option 'sigmar'"),
     "exception": (
@@ -124,6 +129,18 @@ def test_what_is_wrong_is_told_with_its_line(
     assert told.startswith(f"mjxwalk: {file}:{own_tasks.line_of(text, line)}: ")
     assert words in told and told.count("\n") == 1 and "Traceback" not in told
     assert not Path("run").exists()
+
+
+def test_what_the_engine_cannot_compile_is_told_with_its_line(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = before_fall("qpos = qpos + 0.0 * jnp.linalg.svd(jnp.outer(qpos, qpos))[1]")
+    Path("values.py").write_text(text, encoding="utf-8")
+    args = ["evolve", "values.py", *SMALL, "--out", "run", "--engine", "lanes"]
+    assert cli.main(args) == 2
+    told = capsys.readouterr().err
+    assert f"values.py:{own_tasks.line_of(text, 'svd')}" in told and "--engine mjx" in told
+    assert told.count("\n") == 1 and not Path("run").exists()
 
 
 def test_a_print_and_a_cache_are_no_side_effects(capsys: pytest.CaptureFixture[str]) -> None:
