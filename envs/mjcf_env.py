@@ -21,8 +21,8 @@ from mjxwalk.envs.legged import LeggedEnv
 from mjxwalk.envs.legged_body import Sprung
 from mjxwalk.envs.motor import Action, Springs
 from mjxwalk.envs.mujoco_law import law
+from mjxwalk.envs.mujoco_law.forward import MujocoState
 from mjxwalk.envs.mujoco_law.settings import MujocoContact
-from mjxwalk.envs.mujoco_law.step import MujocoState
 from mjxwalk.envs.observation import BodyObservation
 from mjxwalk.envs.own_laws import Forbidden
 from mjxwalk.envs.state import State

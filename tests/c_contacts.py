@@ -24,9 +24,9 @@ from mjxwalk.envs.motor import Action
 from mjxwalk.envs.mujoco_law import model as mujoco_model
 from mjxwalk.envs.mujoco_law import step as mujoco_step
 from mjxwalk.envs.mujoco_law.coordinates import Coordinates
+from mjxwalk.envs.mujoco_law.forward import MujocoState
 from mjxwalk.envs.mujoco_law.model import MujocoModel
 from mjxwalk.envs.mujoco_law.settings import MujocoContact
-from mjxwalk.envs.mujoco_law.step import MujocoState
 
 CONVERGED = MujocoContact(iterations=100, ls_iterations=20)
 FASTEST = 40.0  # rad/s; of states to compare

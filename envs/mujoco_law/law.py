@@ -11,10 +11,10 @@ from mjxwalk.envs.dynamics import PointMass
 from mjxwalk.envs.mujoco_law import model as mujoco_model
 from mjxwalk.envs.mujoco_law import step as mujoco_step
 from mjxwalk.envs.mujoco_law.coordinates import Coordinates
+from mjxwalk.envs.mujoco_law.forward import TORSO, Burden, MujocoState
 from mjxwalk.envs.mujoco_law.ground import Under
 from mjxwalk.envs.mujoco_law.model import MujocoModel
 from mjxwalk.envs.mujoco_law.report import Report
-from mjxwalk.envs.mujoco_law.step import TORSO, Burden, MujocoState
 from mjxwalk.envs.state import State
 from mjxwalk.envs.trial import Trial
 

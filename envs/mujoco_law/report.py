@@ -29,6 +29,13 @@ class Report(NamedTuple):
     foot: Float[Array, "leg 3"]
 
 
+def nothing(model: MujocoModel) -> Report:
+    """Returns the report of a step in which nothing happened."""
+    legs = len(model.feet)
+    touching, force = jnp.zeros(legs, bool), jnp.zeros((legs, 3))
+    return Report(touching, force, jnp.zeros(len(model.lowest)), force)
+
+
 def of_feet(
     model: MujocoModel,
     data: Any,
@@ -49,18 +56,32 @@ def of_feet(
     foot = jnp.stack([places[bodies[0]] - places[1] for bodies in model.feet])
     touching = [jnp.zeros((), bool) for _ in model.feet]
     force = [jnp.zeros(3) for _ in model.feet]
-    num = sum(_num_rows(model, each) for each in model.ground)
-    start = pushed.shape[0] - num
-    for contacts, touches in zip(model.ground, touched, strict=True):
-        end = start + _num_rows(model, contacts)
-        pushes = _pushes(model, contacts, touches, pushed[start:end])
-        start = end
+    for contacts, touches, pushes in of_ground(model, touched, pushed):
         for leg, bodies in enumerate(model.feet):
             own = np.flatnonzero(np.isin(contacts.body, bodies))
             if own.size:
                 touching[leg] |= jnp.any(touches.touching[own])
                 force[leg] += pushes[own].sum(0)
     return Report(jnp.stack(touching), jnp.stack(force), torque, foot)
+
+
+def of_ground(
+    model: MujocoModel, touched: tuple[Touches, ...], pushed: Float[Array, " row"]
+) -> list[tuple[GroundContacts, Touches, Float[Array, "point 3"]]]:
+    """Returns the ground's force on each point of contacts of each dimension, world axes, N.
+
+    Args:
+      model: of the body.
+      touched: how the ground is touched, as `model.ground` has it.
+      pushed: forces of all constraints, the ground's last, N.
+    """
+    start = pushed.shape[0] - sum(_num_rows(model, each) for each in model.ground)
+    found: list[tuple[GroundContacts, Touches, Array]] = []
+    for contacts, touches in zip(model.ground, touched, strict=True):
+        end = start + _num_rows(model, contacts)
+        found.append((contacts, touches, _pushes(model, contacts, touches, pushed[start:end])))
+        start = end
+    return found
 
 
 def _num_rows(model: MujocoModel, contacts: GroundContacts) -> int:

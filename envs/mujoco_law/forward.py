@@ -1,0 +1,157 @@
+"""Accelerations of a state with MuJoCo's own contacts and constraints, and what they come of."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from mjxwalk.envs import dynamics, motor
+from mjxwalk.envs._mujoco import mjx, mujoco
+from mjxwalk.envs.motor import Action, Limits
+from mjxwalk.envs.mujoco_law import ground as mujoco_ground
+from mjxwalk.envs.mujoco_law import rows as contact_rows
+from mjxwalk.envs.mujoco_law import solver, ties
+from mjxwalk.envs.mujoco_law.ground import Ground, Touches, level
+from mjxwalk.envs.mujoco_law.model import MujocoModel
+from mjxwalk.envs.mujoco_law.solver import Cones, Rows, Solution
+
+_PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
+TORSO = 1  # number of the body that carries the others
+
+
+class MujocoState(NamedTuple):
+    """What MuJoCo carries from one step to the next.
+
+    Attributes:
+      qpos: positions, a free root's attitude as a quaternion.
+      qvel: velocities.
+      qacc_warmstart: accelerations of the last step, near which the solver looks.
+    """
+
+    qpos: Float[Array, " nq"]
+    qvel: Float[Array, " nv"]
+    qacc_warmstart: Float[Array, " nv"]
+
+
+class Burden(NamedTuple):
+    """What a trial puts on the torso, which is body 1; by default nothing.
+
+    Attributes:
+      load: point mass that it carries; constraints are as soft as without it.
+      push: force on its own centre of mass, world axes, N.
+    """
+
+    load: dynamics.PointMass | None = None
+    push: Float[Array, "3"] | None = None
+
+
+NOTHING = Burden()
+
+
+class Forward(NamedTuple):
+    """Accelerations of a state, and all that they came of.
+
+    Attributes:
+      data: the `mjx.Data` with places, velocities and inertias.
+      mass: matrix of the degrees of freedom, kg or kg m^2.
+      force: on them without constraints, N or N m.
+      solution: of the constraints; those of the ground come last.
+      touches: how the ground is touched, as `MujocoModel.ground` has it.
+      torque: of each motor, N m.
+    """
+
+    data: Any
+    mass: Float[Array, "nv nv"]
+    force: Float[Array, " nv"]
+    solution: Solution
+    touches: tuple[Touches, ...]
+    torque: Float[Array, " motor"]
+
+
+def compute(
+    model: MujocoModel,
+    state: MujocoState,
+    action: Action,
+    ground: Ground = level,
+    burden: Burden = NOTHING,
+) -> Forward:
+    """Returns accelerations, and all that they came of."""
+    ours = model.mjx
+    data = model.data.replace(qpos=state.qpos, qvel=state.qvel)
+    data = mjx.fwd_position(ours, data)
+    if burden.load is not None:
+        data = dynamics.with_mass(data, burden.load)
+        data = mjx.tendon_armature(ours, mjx.crb(ours, data))
+    data = mjx.fwd_velocity(ours, data)
+    limits = Limits(model.lowest, model.highest)
+    joints = model.driven + (state.qpos.shape[0] - state.qvel.shape[0])
+    torque = motor.driven(
+        action, state.qpos[joints], state.qvel[model.driven], limits, ahead=0.0
+    ).torque
+    force = data.qfrc_passive - data.qfrc_bias
+    force = force.at[model.driven].add(torque)
+    if burden.push is not None:
+        force += _pushed(model, data, burden.push)
+    mass = mjx.full_m(ours, data)
+    rows, touches = _rows(model, data, ground)
+    option = model.mujoco.opt
+    solution = solver.solve(
+        mass,
+        force,
+        rows,
+        state.qacc_warmstart,
+        iterations=int(option.iterations),
+        ls_iterations=int(option.ls_iterations),
+        tolerance=float(option.tolerance),
+    )
+    return Forward(data, mass, force, solution, touches, torque)
+
+
+def _pushed(model: MujocoModel, data: Any, push: Float[Array, "3"]) -> Float[Array, " nv"]:
+    """Returns what a push on the torso does to the degrees of freedom, N and N m."""
+    arm = dynamics.point_offset(data, data.xipos[TORSO])
+    wrench = jnp.concatenate([jnp.cross(arm, push), push])
+    return dynamics.moves(model.mujoco, TORSO) * (data.cdof @ wrench)
+
+
+def _rows(model: MujocoModel, data: Any, ground: Ground) -> tuple[Rows, tuple[Touches, ...]]:
+    """Returns the constraints that MJX has found, then the ground's; and how that is touched."""
+    pyramidal = int(model.mujoco.opt.cone) == _PYRAMIDAL
+    parts, touched = [_found(model, data)], []
+    for contacts in model.ground:
+        touches = mujoco_ground.touch(contacts, model.mujoco, data, ground, model.planar)
+        parts.append(contact_rows.rows(contacts, touches, model.mujoco, data, pyramidal=pyramidal))
+        touched.append(touches)
+    return solver.joined(parts), tuple(touched)
+
+
+def _found(model: MujocoModel, data: Any) -> Rows:
+    """Returns the constraints that MJX has found."""
+    found = data._impl
+    place = np.arange(found.efc_J.shape[0])
+    equal = place < found.ne
+    rubs = (place >= found.ne) & (place < found.ne + found.nf)
+    most = found.efc_frictionloss
+    cones: list[Cones] = []
+    if int(model.mujoco.opt.cone) != _PYRAMIDAL:
+        for dim in (3, 4, 6):
+            here = np.flatnonzero(found.contact.dim == dim)
+            if not here.size:
+                continue
+            friction = found.contact.friction[here, : dim - 1]
+            regular = friction[:, :1] / np.sqrt(model.mujoco.opt.impratio)
+            rows = found.contact.efc_address[here][:, None] + np.arange(dim)
+            cones.append(Cones(rows, jnp.concatenate([regular, friction], axis=1)))
+    turning = ties.turning(model, data)
+    target = found.efc_aref
+    if turning.size:
+        target = target.at[: turning.size].add(-turning)
+    return Rows(
+        jacobian=found.efc_J,
+        weight=found.efc_D,
+        target=target,
+        lowest=jnp.where(equal, -jnp.inf, jnp.where(rubs, -most, 0.0)),
+        highest=jnp.where(rubs, most, jnp.inf),
+        cones=tuple(cones),
+    )
