@@ -16,7 +16,7 @@ from mjxwalk.envs._mujoco import compiled, mjx, mujoco
 from mjxwalk.envs.derived import file_tree
 from mjxwalk.envs.derived import motors as mjcf_motors
 from mjxwalk.envs.derived.file_tree import FileTree
-from mjxwalk.envs.derived.source import PLANE, geoms_of, joints_of
+from mjxwalk.envs.derived.source import PLANE, Pose, geoms_of, joints_of
 from mjxwalk.envs.mujoco_law import ground as mujoco_ground
 from mjxwalk.envs.mujoco_law import refusals
 from mjxwalk.envs.mujoco_law.ground import GroundContacts
@@ -54,7 +54,8 @@ class MujocoModel(NamedTuple):
       data: the `mjx.Data` that every step starts from.
       planar: whether the root moves in the plane.
       turn: from the axes of the file's root to those that are forward, left and up.
-      feet: numbers of the bodies of each leg's foot, the one that tells where it is first.
+      feet: numbers of the bodies of each leg's foot, the one that tells where it is first; () where
+        no legs are known.
       ground: where geoms may touch the ground, by the dimension of contact.
       driven: degree of freedom of each motor.
       lowest: torque that each motor gives at least, N m.
@@ -82,8 +83,31 @@ def of_text(text: str, law: MujocoContact, timestep: float) -> MujocoModel:
     """
     spec, tree = spec_of(text, law, timestep), file_tree.of_text(text)
     motors = mjcf_motors.of_tree(tree)
-    model = compiled(spec)
     root = 3 if tree.planar else 6
+    return made(
+        spec,
+        tree.source,
+        planar=tree.planar,
+        turn=tree.turn,
+        feet=tuple(leg.foot for leg in tree.legs),
+        driven=np.array([root + motor.joint for motor in motors]),
+        lowest=np.array([motor.lowest for motor in motors], np.float32),
+        highest=np.array([motor.highest for motor in motors], np.float32),
+    )
+
+
+def made(spec: Any, pose: Pose, **known: Any) -> MujocoModel:
+    """Returns the model of a `mujoco.MjSpec` with a floor.
+
+    Args:
+      spec: of the body; its geoms are those of the file.
+      pose: that trials start in, of the file.
+      known: the other attributes.
+
+    Raises:
+      ValueError: MJX cannot compute its contacts or constraints.
+    """
+    model = compiled(spec)
     with jax.ensure_compile_time_eval():
         try:
             bare = _without_floor(spec, model)
@@ -93,18 +117,8 @@ def of_text(text: str, law: MujocoContact, timestep: float) -> MujocoModel:
                 f"contact law mujoco: MJX cannot compute it ({error}); use contact law points, or "
                 "change the file"
             ) from None
-    return MujocoModel(
-        mujoco=model,
-        mjx=ours,
-        data=data,
-        planar=tree.planar,
-        turn=tree.turn,
-        feet=tuple(leg.foot for leg in tree.legs),
-        ground=tuple(_ground(tree, model)),
-        driven=np.array([root + motor.joint for motor in motors]),
-        lowest=np.array([motor.lowest for motor in motors], np.float32),
-        highest=np.array([motor.highest for motor in motors], np.float32),
-    )
+    ground = tuple(_ground(pose, model))
+    return MujocoModel(mujoco=model, mjx=ours, data=data, ground=ground, **known)
 
 
 def spec_of(text: str, law: MujocoContact, timestep: float) -> Any:
@@ -116,13 +130,13 @@ def spec_of(text: str, law: MujocoContact, timestep: float) -> Any:
     tree = file_tree.of_text(text)
     refusals.check(tree.source.model)
     spec = mujoco.MjSpec.from_string(text)
-    _set_options(spec, law, timestep)
-    _strip(spec)
+    set_options(spec, law, timestep)
+    strip(spec)
     _forget_defaults(spec)
     _add_floor(spec, tree)
     _replace_joints(spec, tree)
     if not law.self_collision:
-        _leave_floor_alone_to_touch(spec)
+        leave_floor_alone_to_touch(spec)
     names = _names(spec, tree)
     for motor in mjcf_motors.of_tree(tree):
         limits = np.array([motor.lowest, motor.highest])
@@ -139,7 +153,8 @@ def spec_of(text: str, law: MujocoContact, timestep: float) -> Any:
     return spec
 
 
-def _set_options(spec: Any, law: MujocoContact, timestep: float) -> None:
+def set_options(spec: Any, law: MujocoContact, timestep: float) -> None:
+    """Puts the law's settings into a `mujoco.MjSpec`."""
     option = spec.option
     option.timestep = timestep
     if law.iterations is not None:
@@ -156,7 +171,7 @@ def _set_options(spec: Any, law: MujocoContact, timestep: float) -> None:
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
 
 
-def _strip(spec: Any) -> None:
+def strip(spec: Any) -> None:
     """Takes out what does not move the body, and what the motors replace."""
     for kind in ("sensors", "keys", "actuators", "cameras", "lights"):
         for each in list(getattr(spec, kind)):
@@ -175,25 +190,25 @@ def _forget_defaults(spec: Any) -> None:
 
 def _add_floor(spec: Any, tree: FileTree) -> None:
     """Lays the file's floors level at height zero; adds one as MuJoCo has it if there is none."""
-    floors = _floors(tree.source.model)
     for geom in list(spec.worldbody.geoms):
         if int(geom.type) == PLANE:
             geom.pos, geom.quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-    if not floors:
+    if not floors(tree.source.model):
         spec.worldbody.add_geom(name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
 
 
-def _floors(model: Any) -> list[int]:
+def floors(model: Any) -> list[int]:
+    """Returns the numbers of the world's planes."""
     return [geom for geom in geoms_of(model, 0) if int(model.geom_type[geom]) == PLANE]
 
 
-def _ground(tree: FileTree, model: Any) -> list[GroundContacts]:
+def _ground(pose: Pose, model: Any) -> list[GroundContacts]:
     """Returns where geoms may touch the ground, with what MuJoCo says of each with a floor."""
-    flooded, floors = copy.deepcopy(model), _floors(model)
-    flooded.geom_pos[floors, 2], flooded.geom_sameframe[floors] = FLOOD, 0
+    flooded, planes = copy.deepcopy(model), floors(model)
+    flooded.geom_pos[planes, 2], flooded.geom_sameframe[planes] = FLOOD, 0
     data = mujoco.MjData(flooded)
     mujoco.mj_fwdPosition(flooded, data)
-    return mujoco_ground.find(tree.source, model, data.contact, floors)
+    return mujoco_ground.find(pose, model, data.contact, planes)
 
 
 def _without_floor(spec: Any, model: Any) -> Any:
@@ -202,14 +217,14 @@ def _without_floor(spec: Any, model: Any) -> Any:
     for geom in list(bare.worldbody.geoms):
         if int(geom.type) == PLANE:
             geom.contype, geom.conaffinity = 0, 0
-    floors = {str(model.geom(floor).name) for floor in _floors(model)}
+    planes = {str(model.geom(floor).name) for floor in floors(model)}
     for pair in list(bare.pairs):
-        if floors & {pair.geomname1, pair.geomname2}:
+        if planes & {pair.geomname1, pair.geomname2}:
             bare.delete(pair)
     return compiled(bare)
 
 
-def _leave_floor_alone_to_touch(spec: Any) -> None:
+def leave_floor_alone_to_touch(spec: Any) -> None:
     """Lets geoms of the body collide with those of the world only."""
     bodies = [each for each in spec.bodies if each.name != "world"]
     for number, one in enumerate(bodies):
