@@ -206,6 +206,8 @@ def _ground(pose: Pose, model: Any) -> list[GroundContacts]:
     """Returns where geoms may touch the ground, with what MuJoCo says of each with a floor."""
     flooded, planes = copy.deepcopy(model), floors(model)
     flooded.geom_pos[planes, 2], flooded.geom_sameframe[planes] = FLOOD, 0
+    # The boxes by which MuJoCo passes over bodies of several geoms are those of the floor's place.
+    flooded.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
     data = mujoco.MjData(flooded)
     mujoco.mj_fwdPosition(flooded, data)
     return mujoco_ground.find(pose, model, data.contact, planes)
