@@ -126,12 +126,12 @@ class GymnasiumTask(abc.ABC):
     @property
     def observation_names(self) -> tuple[str, ...]:
         """What each number of an observation is."""
-        return self.names_of(self.model.law.mujoco) if self.body else ()
+        return self.names_of(self.model.law.mujoco)
 
     @property
     def action_names(self) -> tuple[str, ...]:
         """The joint that each number of an action drives."""
-        return self.model.names if self.body else ()
+        return self.model.names
 
     def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Trials:
         """Returns independent trials, each with the noise of its start; the ground is level."""

@@ -66,7 +66,8 @@ def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
 def _of_body(experiment: Any) -> str:
     """Returns the name of a body that a file gave, behind a word."""
     env: Any = getattr(experiment, "env", None)
-    name = env.anatomy.name if getattr(env, "body", "") else ""
+    named = getattr(env, "body", "") and hasattr(env, "anatomy")
+    name = env.anatomy.name if named else ""
     return f" with the body {name}" if name not in ("", UNNAMED) else ""
 
 

@@ -30,12 +30,19 @@ RENAMED = {f"walk-{name}": f"walk+{name}" for name in ("mlp", "recurrent", "ctrn
 
 
 class Entry(NamedTuple):
-    """Where an experiment or a study is, from this package, and what it is in a line."""
+    """Where an experiment or a study is, from this package, and what it is in a line.
+
+    Attributes:
+      module: that has it.
+      attribute: its name there; "" where the module's `of_task` makes it of the task's name.
+      summary: what it is.
+      phases: of a study, what each is.
+    """
 
     module: str
     attribute: str
     summary: str
-    phases: Mapping[str, str] = {}  # of a study: what each is
+    phases: Mapping[str, str] = {}
 
 
 _WALK = "local links, from zero, on slightly rough ground"
@@ -48,6 +55,13 @@ _ASSISTED = "pattern generator, its trunk righted, until one walks 20 m"
 _UNASSISTED = "that population goes on without assistance"
 _HOLDING = "and from other starts, with loads and on slopes"
 
+_TASKS = {  # Gymnasium's, to the letter
+    "Walker2d-v5": "two legs in the plane",
+    "Hopper-v5": "one leg in the plane",
+    "HalfCheetah-v5": "two legs in the plane, one behind the other",
+    "Ant-v5": "four legs in space",
+    "Humanoid-v5": "a man in space",
+}
 EXPERIMENTS = {
     ANY_BODY: Entry(
         ".walk", "WALK", "any body (--body FILE or NAME), linear feedback to joint targets"
@@ -67,6 +81,12 @@ EXPERIMENTS = {
     "rayleigh-walk": Entry(
         ".rayleigh_walk", "RAYLEIGH_WALK", "planar walker driven by the fitted oscillators"
     ),
+    **{
+        f"gymnasium/{task}": Entry(
+            ".gymnasium_tasks", "", f"Gymnasium's {task}, {what}: linear feedback by random search"
+        )
+        for task, what in _TASKS.items()
+    },
 }
 STUDIES = {
     "reil": Entry(
@@ -185,8 +205,12 @@ def phases(study: str) -> list[str]:
     return list(STUDIES[study].phases)
 
 
-def get(name: str) -> "Experiment":
+def get(name: str, body: str = "") -> "Experiment":
     """Returns the experiment of that name; EXPERIMENT+CONTROLLER is one with another controller.
+
+    Args:
+      name: of the experiment.
+      body: MJCF of a task whose file is another package's, for where that is not installed.
 
     Raises:
       ValueError: there is none, and the message names the nearest; or it takes no other controller.
@@ -200,9 +224,9 @@ def get(name: str) -> "Experiment":
 
         if controller not in CONTROLLERS:
             raise ValueError(f"unknown controller {controller!r}{near(controller, CONTROLLERS)}")
-        return other_controllers.with_controller(get(name), controller)
+        return other_controllers.with_controller(get(name, body), controller)
     if name in EXPERIMENTS:
-        return _load(EXPERIMENTS[name])
+        return _load(EXPERIMENTS[name], name.partition("/")[2], body)
     if name in names():
         study, _, phase = name.partition("/")
         return get_study(study).phase(phase)
@@ -220,6 +244,8 @@ def get_study(name: str) -> "Study":
     return _load(STUDIES[name])
 
 
-def _load(entry: Entry) -> Any:
+def _load(entry: Entry, task: str = "", body: str = "") -> Any:
     module = importlib.import_module(entry.module, "mjxwalk.experiments")
+    if not entry.attribute:
+        return module.of_task(task, body)
     return getattr(module, entry.attribute)

@@ -35,9 +35,8 @@ def command(run: Run, experiment: Any) -> str:
     origin = run.config.get("origin")
     if origin is not None:
         words += ["--from", str(origin["source"])]
-    named = experiment.name
-    usual = experiments.get(named) if task is None else task.named(named)
-    text = _body(experiment)
+    named, text = experiment.name, _body(experiment)
+    usual = experiments.get(named, text) if task is None else task.named(named)
     if text != _body(usual):
         words += ["--body", str(run.path)]
         usual = own_body.with_body(usual, text)

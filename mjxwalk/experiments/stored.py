@@ -72,7 +72,9 @@ def from_data(data: dict[str, Any], defaults: Any = None) -> Any:
       ValueError: there is no experiment of that name.
     """
     if defaults is None:
-        defaults = registry.get(str(data.get("name")))
+        env = data.get("env")
+        body = env.get("body", "") if isinstance(env, dict) else ""
+        defaults = registry.get(str(data.get("name")), body if isinstance(body, str) else "")
     data = {RENAMED.get(name, name): value for name, value in data.items()}
     data = _with_added(data, ADDED, defaults)
     return settings.from_data(defaults, data, "experiment")
