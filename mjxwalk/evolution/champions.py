@@ -14,10 +14,11 @@ from jaxtyping import PRNGKeyArray
 from mjxwalk.evolution.elites import Elites
 from mjxwalk.evolution.evolvable import Evolvable
 from mjxwalk.evolution.generation import RunState
+from mjxwalk.experiments.experiment import Experiment
 from mjxwalk.experiments.goal import take
 from mjxwalk.fitting import Fitting
 from mjxwalk.outcomes import cost_of_transport, over_terrains, speed
-from mjxwalk.rollout import TrialRunner
+from mjxwalk.rollout import Outcome, TrialRunner
 from mjxwalk.runs import Champion
 
 NUM_SCREENING = 10  # ours: terrains that all elites are compared on
@@ -43,9 +44,15 @@ def choose(
     if state.reached:
         genotype, generation = state.elite, int(state.generation)
     else:
-        place = _best(experiment, evaluator, state.elites, key_choosing)
-        genotype = jax.tree.map(lambda leaf: leaf[place], state.elites.genotypes)
-        generation = int(state.elites.generation[place])
+        elites = state.elites
+        if _counts_fitness(experiment):
+            # Strategies that follow a gradient never try the mean of what they draw, which is
+            # what they have found.
+            mean = jax.tree.map(_mean, state.population)
+            elites = elites.push(mean, np.nan, int(state.generation))
+        place = _best(experiment, evaluator, elites, key_choosing)
+        genotype = jax.tree.map(lambda leaf: leaf[place], elites.genotypes)
+        generation = int(elites.generation[place])
     given = experiment.sample_trials(key_reporting, NUM_REPORTING)
     alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
     trials = evaluator.evaluate(alone, given)
@@ -84,16 +91,32 @@ def _fitted(experiment: Fitting, elites: Elites) -> Choice:
 def _best(experiment: Evolvable, evaluator: TrialRunner, elites: Elites, key: PRNGKeyArray) -> int:
     """Returns the place of the elite that falls least on new terrains; then distance counts.
 
-    Of those that get farthest on a few terrains, that is.
+    Of those that get farthest on a few terrains, that is. Where fitness counts, it alone does.
     """
+    by_fitness = _counts_fitness(experiment)
+
+    def worth(outcome: Outcome) -> Any:
+        return over_terrains(outcome.fitness if by_fitness else outcome.distance)
+
     given = experiment.sample_trials(key, NUM_SCREENING + NUM_CHOOSING)
     screening, choosing = (
         given.take(part) for part in (slice(NUM_SCREENING), slice(NUM_SCREENING, None))
     )
     # Empty places are evaluated too: what is compiled for all then serves every run.
-    distance = over_terrains(evaluator.evaluate(elites.genotypes, screening).distance)
-    distance = np.where((elites.generation > 0) & np.isfinite(distance), distance, -np.inf)
-    finalists = np.argsort(-distance, kind="stable")[:NUM_FINALISTS]
+    first = worth(evaluator.evaluate(elites.genotypes, screening))
+    first = np.where((elites.generation > 0) & np.isfinite(first), first, -np.inf)
+    finalists = np.argsort(-first, kind="stable")[:NUM_FINALISTS]
     outcome = evaluator.evaluate(take(elites.genotypes, finalists), choosing)
-    falls = np.where(distance[finalists] > -np.inf, np.sum(outcome.fell, axis=1), NUM_CHOOSING + 1)
-    return int(finalists[np.lexsort((-over_terrains(outcome.distance), falls))[0]])
+    falls = np.zeros(NUM_FINALISTS) if by_fitness else np.sum(outcome.fell, axis=1)
+    falls = np.where(first[finalists] > -np.inf, falls, NUM_CHOOSING + 1)
+    return int(finalists[np.lexsort((-worth(outcome), falls))[0]])
+
+
+def _counts_fitness(experiment: Any) -> bool:
+    """Returns whether fitness alone says who is best: in tasks that are not about a body's walk."""
+    env = getattr(experiment, "env", None)
+    return isinstance(experiment, Experiment) and not hasattr(env, "anatomy")
+
+
+def _mean(leaf: Any) -> Any:
+    return np.mean(leaf, axis=0, dtype=np.float64).astype(leaf.dtype)
