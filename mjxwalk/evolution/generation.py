@@ -130,7 +130,7 @@ class Evolution:
             elites=Elites.none(template),
             reached=np.zeros((), bool),
             roughness=np.asarray(self._experiment.first_roughness(), np.float64),
-            sensed=sensed.begin(template),
+            sensed=_inherited_senses(sensed.begin(template), inherited),
         )
 
     def _population(self, key: PRNGKeyArray, template: Any) -> tuple[Any, Any]:
@@ -220,6 +220,13 @@ class Evolution:
             compile_s=compile_s,
             other_s=max(0.0, time.perf_counter() - started - evaluate_s - compile_s),
         )
+
+
+def _inherited_senses(begun: Sensed | None, inherited: Inherited | None) -> Sensed | None:
+    """Returns what an inherited population has sensed, else what a run begins with."""
+    if inherited is None or not inherited.sensed:
+        return begun
+    return unflatten(begun, inherited.sensed)
 
 
 def is_over(state: RunState, experiment: Evolvable) -> bool:

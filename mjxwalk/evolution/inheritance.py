@@ -7,6 +7,8 @@ import jax
 import numpy as np
 
 from mjxwalk import experiments, runs, terminal, walkers
+from mjxwalk.controllers.normalisation import Normalised
+from mjxwalk.evolution import sensed
 from mjxwalk.evolution.evolvable import Evolvable
 from mjxwalk.experiments import own_task
 from mjxwalk.runs import Run, RunError
@@ -77,7 +79,10 @@ def _evolved(experiment: Evolvable, source: str | Path) -> Run:
 def _population(experiment: Evolvable, run: Run) -> tuple[Inherited, Origin]:
     source, elites = run.path, run.part("elites")
     inherited = Inherited(
-        {}, _innermost(run.strategy_state), elites["fitness"][elites["generation"] > 0]
+        {},
+        _innermost(run.strategy_state),
+        elites["fitness"][elites["generation"] > 0],
+        run.part("sensed"),
     )
     strategy = experiment.make_strategy()
     if run.fitness.size != strategy.population_size:
@@ -92,6 +97,7 @@ def _population(experiment: Evolvable, run: Run) -> tuple[Inherited, Origin]:
 
     try:
         jax.eval_shape(begin, jax.random.key(0), experiment.template())
+        unflatten(sensed.begin(experiment.template()), inherited.sensed)
     except RunError as error:
         raise RunError(_misfit(experiment, source, error)) from None
     return inherited, Origin(source=terminal.one_line(str(source)), generation=run.generation)
@@ -107,7 +113,18 @@ def _innermost(arrays: Arrays) -> Arrays:
 
 def _check_kind(experiment: Evolvable, other: Any, source: str | Path) -> None:
     """Refuses weights of another kind of controller, whatever their shapes."""
-    ours, theirs = type(experiment.template()), type(other.template())
+    templates = experiment.template(), other.template()
+    has_senses = [isinstance(template, Normalised) for template in templates]
+    if has_senses[0] != has_senses[1]:
+        is_now, was = (str(each).lower() for each in has_senses)
+        raise RunError(
+            f"{source} evolved with controller.normalise={was} and this experiment has {is_now}, "
+            f"so it cannot start from it; --set controller.normalise={was}"
+        )
+    ours, theirs = (
+        type(template.weights if isinstance(template, Normalised) else template)
+        for template in templates
+    )
     if ours is not theirs and not _are_own(ours, theirs):
         raise RunError(
             f"{source} holds the weights of another controller ({theirs.__module__} has "

@@ -11,6 +11,7 @@ from mjxwalk.runs import config, digests, files, owner
 from mjxwalk.runs.npz import MOST_BYTES, from_npz, npz
 
 FILE = "start.npz"
+PARTS = ("genotype", "strategy", "sensed")  # that are arrays by name
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -22,11 +23,14 @@ class Inherited(NamedTuple):
       genotype: of the walker that generation 0 is drawn around; {} for a population.
       strategy: state of the strategy that goes on; {} for a walker.
       elite_fitness: of the last generations that the population has behind it, newest last.
+      sensed: what the population's run has sensed, in double precision; {} for a walker, which
+        carries it, and of a controller that does not normalise its senses.
     """
 
     genotype: Arrays
     strategy: Arrays
     elite_fitness: npt.NDArray[Any]
+    sensed: Arrays = {}
 
 
 def write(folder: Path, inherited: Inherited) -> str:
@@ -35,8 +39,10 @@ def write(folder: Path, inherited: Inherited) -> str:
     Raises:
       RunError: it cannot be written, for example because the disk is full.
     """
-    arrays: Arrays = {f"genotype.{name}": array for name, array in inherited.genotype.items()}
-    arrays |= {f"strategy.{name}": array for name, array in inherited.strategy.items()}
+    arrays: Arrays = {}
+    for part in PARTS:
+        values: Arrays = getattr(inherited, part)
+        arrays |= {f"{part}.{name}": array for name, array in values.items()}
     arrays["elite_fitness"] = inherited.elite_fitness
     content = npz(arrays)
     files.replace(folder, FILE, content)
@@ -59,8 +65,11 @@ def read(folder: Path) -> Inherited:
     if "elite_fitness" not in arrays:
         raise RunError(f"{path} is damaged (it has no elite_fitness)")
 
-    def part(prefix: str) -> Arrays:
-        named = {name: array for name, array in arrays.items() if name.startswith(prefix)}
-        return {name.removeprefix(prefix): array for name, array in named.items()}
+    def part(name: str) -> Arrays:
+        prefix = f"{name}."
+        named = {each: array for each, array in arrays.items() if each.startswith(prefix)}
+        return {each.removeprefix(prefix): array for each, array in named.items()}
 
-    return Inherited(part("genotype."), part("strategy."), np.asarray(arrays["elite_fitness"]))
+    return Inherited(
+        elite_fitness=np.asarray(arrays["elite_fitness"]), **{name: part(name) for name in PARTS}
+    )
