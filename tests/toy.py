@@ -24,6 +24,7 @@ from mjxwalk.evolution import Reporter, RunRecorder, runner
 from mjxwalk.experiments import registry
 from mjxwalk.experiments.experiment import StrategyChoice
 from mjxwalk.experiments.goal import Goal
+from mjxwalk.experiments.growth import Growth
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.experiments.study import Study
@@ -78,6 +79,7 @@ class Toy:
     goal: Goal = Goal()
     start: Literal["zero", "winner", "mean", "population"] = "zero"
     pruning: Pruning | None = None
+    growth: Growth | None = None
 
     def __post_init__(self) -> None:
         for name in ("population_size", "generations", "terrains_per_evaluation"):

@@ -8,6 +8,7 @@ from mjxwalk import shell
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.fitting import Fitting
 from mjxwalk.runs import Metrics, Result
+from mjxwalk.runs.metrics import NUM_EVALUATED
 
 UNNAMED = "MuJoCo Model"  # what MuJoCo calls a body whose file does not name it
 RECENT = 20  # generations that the time left is judged by
@@ -54,13 +55,24 @@ def opening(path: Path, config: Config, evaluator: Any) -> list[str]:
         how_long = f"until pruning costs too much, at most {how_long}"
     lines = [
         f"{what}: {how_long} of "
-        f"{experiment.population_size} walkers, {experiment.terrains_per_evaluation} {trials} "
+        f"{_walkers(experiment)}, {experiment.terrains_per_evaluation} {trials} "
         f"each, in {path}",
     ]
     if config.origin is not None:
         source, generation = config.origin.source, config.origin.generation
         lines.append(f"starting from the {experiment.start} of {source}, generation {generation}")
     return [*lines, engine]
+
+
+def _walkers(experiment: Any) -> str:
+    """Returns how many walkers a generation has, in words."""
+    growth = getattr(experiment, "growth", None)
+    if growth is None:
+        return f"{experiment.population_size} walkers"
+    return (
+        f"{growth.part} walkers and as many more, at most {experiment.population_size}, until they "
+        f"have done {growth.interactions:,} steps together"
+    )
 
 
 def _of_body(experiment: Any) -> str:
@@ -81,7 +93,9 @@ def figures(line: Metrics, experiment: Any = None) -> list[tuple[str, str]]:
             ("steps/s", count(line.steps_per_s)),
         ]
     distances = (line.best_distance_m, line.mean_distance_m, line.median_distance_m)
+    evaluated = line.strategy.get(NUM_EVALUATED)
     return [
+        *([] if evaluated is None else [("walkers", f"{evaluated:.0f}")]),
         ("distance best/mean/median", "/".join(_number(d) for d in distances) + " m"),
         ("falls", f"{line.fall_share:.0%}"),
         ("speed", f"{_number(line.speed_m_s)} m/s"),

@@ -17,11 +17,12 @@ from jaxtyping import Bool, Float, Int, PRNGKeyArray
 from mjxwalk import forking
 from mjxwalk.engines.pinning import pinned
 from mjxwalk.errors import RunError, first_line
-from mjxwalk.evolution import memory, sensed
+from mjxwalk.evolution import growing, memory, sensed
 from mjxwalk.evolution.elites import Elites, fittest
 from mjxwalk.evolution.evolvable import Evaluator, Evolvable
 from mjxwalk.evolution.generation_metrics import MeanOutcome, measure, summarise
 from mjxwalk.evolution.sensed import Sensed
+from mjxwalk.experiments.goal import take
 from mjxwalk.outcomes import over_terrains
 from mjxwalk.rollout import TrialRunner
 from mjxwalk.runs import Metrics
@@ -40,9 +41,9 @@ class RunState(NamedTuple):
       generation: evaluated last, 0 before the first.
       key: data of the run's random key.
       strategy: the strategy's state after `tell`.
-      population: genotypes evaluated last, leaves [pop, ...].
-      fitness: of each, mean over its terrains; NaN if a trial's is.
-      outcome: what else they did.
+      population: genotypes asked for last, leaves [pop, ...].
+      fitness: of each, mean over its terrains; NaN if a trial's is, or if it was not evaluated.
+      outcome: what else they did; NaN of those that were not evaluated.
       elite: the fittest of them, or the one that reached the goal.
       elites: that of each of the last generations.
       reached: whether the elite has reached the experiment's goal.
@@ -75,11 +76,12 @@ class Evolution:
         self._evaluator = evaluator
         self._finer = finer
         self._compile_s = evaluator.compile_s
+        self._growth = growing.of(experiment)
         strategy = experiment.make_strategy()
         self._take_over = functools.partial(experiment.take_over, strategy)
         self._init = jax.jit(strategy.init)
         self._ask = jax.jit(strategy.ask)
-        self._tell = jax.jit(strategy.tell)
+        self._tells = {strategy.population_size: jax.jit(strategy.tell)}
 
     @pinned()
     def start(self, seed: int, inherited: Inherited | None = None) -> RunState:
@@ -117,8 +119,7 @@ class Evolution:
             taken = self._take_over(strategy, inherited.strategy, inherited.elite_fitness)
             strategy = _on_host(taken)
         population, _ = jax.eval_shape(self._ask, key, strategy)
-        size = jax.tree.leaves(population)[0].shape[0]
-        empty = np.full(size, np.nan, np.float32)
+        empty = np.full(growing.size_of(population), np.nan, np.float32)
         return RunState(
             generation=np.zeros((), np.int32),
             key=np.asarray(jax.random.key_data(key)),
@@ -144,6 +145,7 @@ class Evolution:
 
         def shapes(key: PRNGKeyArray, template: Any) -> Any:
             population, _ = self._population(key, template)
+            population = growing.like_a_part(self._growth, population)
             return population, experiment.sample_trials(key, experiment.terrains_per_evaluation)
 
         self._evaluator.prepare(*jax.eval_shape(shapes, jax.random.key(0), template))
@@ -153,8 +155,15 @@ class Evolution:
         key = jax.random.key(0)
         self._experiment.sample_trials(key, self._experiment.terrains_per_evaluation)
         population, asked = self._ask(key, strategy)
-        size = jax.tree.leaves(population)[0].shape[0]
-        self._tell(key, _on_host(population), np.zeros(size, np.float32), asked)
+        zeros = np.zeros(growing.size_of(population), np.float32)
+        self._tell(key, _on_host(population), zeros, asked)
+
+    def _tell(self, key: PRNGKeyArray, population: Any, fitness: Any, asked: Any) -> Any:
+        """Returns the strategy's state and metrics, told of as many genotypes as were evaluated."""
+        size = fitness.size
+        if size not in self._tells:
+            self._tells[size] = jax.jit(growing.strategy_of(self._experiment, size).tell)
+        return self._tells[size](key, population, fitness, asked)
 
     @pinned()
     def advance(self, state: RunState, since: float | None = None) -> tuple[RunState, Metrics]:
@@ -177,27 +186,32 @@ class Evolution:
         asked_for = _on_host(population)
         population = sensed.put(asked_for, state.sensed)
         asking_done = time.perf_counter()
-        outcome = self._evaluator.evaluate(population, trials)
+        evaluated = growing.evaluate(self._growth, self._evaluator, population, trials)
+        genotypes, outcome = evaluated.genotypes, evaluated.outcome
         evaluating_done = time.perf_counter()
         fitness = over_terrains(outcome.fitness)
-        strategy, told = self._tell(key_tell, asked_for, fitness, asked)
+        strategy, told = self._tell(key_tell, take(asked_for, evaluated.places), fitness, asked)
         passed = experiment.goal.find(
             experiment,
             self._evaluator,
-            population,
+            genotypes,
             outcome,
             (keys_goal[0], keys_goal[1]),
             self._finer,
         )
         best = fittest(fitness) if passed is None else passed
-        elite = jax.tree.map(lambda leaf: leaf[best], population)
+        elite = take(genotypes, best)
+
+        def spread(values: Any) -> Any:
+            return growing.spread(values, evaluated, growing.size_of(population))
+
         after = RunState(
             generation=np.asarray(generation, np.int32),
             key=state.key,
             strategy=_on_host(strategy),
             population=population,
-            fitness=fitness,
-            outcome=summarise(outcome),
+            fitness=spread(fitness),
+            outcome=jax.tree.map(spread, summarise(outcome)),
             elite=elite,
             elites=state.elites.push(elite, fitness[best], generation),
             reached=np.asarray(passed is not None),
@@ -219,6 +233,7 @@ class Evolution:
             evaluate_s=evaluate_s,
             compile_s=compile_s,
             other_s=max(0.0, time.perf_counter() - started - evaluate_s - compile_s),
+            num_evaluated=None if self._growth is None else fitness.size,
         )
 
 

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from mjxwalk.outcomes import cost_of_transport, over_terrains, speed
 from mjxwalk.rollout import Outcome
 from mjxwalk.runs import Metrics
+from mjxwalk.runs.metrics import NUM_EVALUATED
 from mjxwalk.runs.trees import flatten
 
 
@@ -39,6 +40,7 @@ def measure(
     evaluate_s: float,
     compile_s: float,
     other_s: float,
+    num_evaluated: int | None = None,
 ) -> Metrics:
     """Returns a generation's line of figures.
 
@@ -51,10 +53,12 @@ def measure(
       evaluate_s: wall time of the trials.
       compile_s: wall time of compiling.
       other_s: wall time of the rest.
+      num_evaluated: genotypes of a population that grows; None of one that is always as large.
     """
     fitness = over_terrains(outcome.fitness)
     distance = over_terrains(outcome.distance)
     steps = int(np.sum(outcome.steps, dtype=np.int64))
+    size = {} if num_evaluated is None else {NUM_EVALUATED: float(num_evaluated)}
     return Metrics(
         generation=generation,
         best_fitness=_number(fitness[best]),
@@ -72,7 +76,7 @@ def measure(
         evaluate_s=evaluate_s,
         compile_s=compile_s,
         other_s=other_s,
-        strategy=_scalars(told),
+        strategy=_scalars(told) | size,
     )
 
 

@@ -31,7 +31,8 @@ def check_settings(experiment: Any) -> None:
     Args:
       experiment: an `Evolvable`.
     """
-    goal, size = experiment.goal, getattr(experiment, "population_size", 1)
+    goal, growth = experiment.goal, getattr(experiment, "growth", None)
+    size = getattr(experiment, "population_size", 1) if growth is None else growth.part
     rounds = (
         (size, experiment.terrains_per_evaluation),
         (NUM_CANDIDATES, goal.trials),

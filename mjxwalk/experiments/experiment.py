@@ -12,6 +12,7 @@ from mjxwalk import budget, strategies
 from mjxwalk.controllers.controller import missing
 from mjxwalk.envs import Trial, Trials, checks
 from mjxwalk.experiments.goal import Goal
+from mjxwalk.experiments.growth import Growth
 from mjxwalk.experiments.pruning import Pruning
 from mjxwalk.experiments.ramp import RoughnessRamp
 from mjxwalk.experiments.rewiring import Rewiring
@@ -63,6 +64,8 @@ class Experiment:
       pruning: removes links as the evolution goes on, and ends it when that has cost too much;
         None to keep them.
       rewiring: removes the weakest links and grows others; None to keep them.
+      growth: evaluates as much of each population as its walkers' steps ask for; None to evaluate
+        all of it.
     """
 
     name: str
@@ -84,6 +87,7 @@ class Experiment:
     )
     pruning: Pruning | None = None
     rewiring: Rewiring | None = None
+    growth: Growth | None = None
 
     def __post_init__(self) -> None:
         checks.count(self, "population_size", "generations", "terrains_per_evaluation")
@@ -99,6 +103,11 @@ class Experiment:
             )
         if self.pruning and self.rewiring:
             raise ValueError("pruning and rewiring exclude each other; set one of them to null")
+        if self.growth and (self.pruning or self.rewiring or self.restart_after is not None):
+            raise ValueError(
+                "growth excludes pruning, rewiring and restart_after, which follow each genotype "
+                "of a population; set growth to null, or them"
+            )
         if not isinstance(self.env, Environment):
             raise ValueError(
                 f"env must have {', '.join(ENVIRONMENT)}, as a LeggedEnv has, got "
@@ -138,8 +147,11 @@ class Experiment:
         """Returns the strategy, told which weights are links and which network each belongs to.
 
         Raises:
-          ValueError: the strategy or one of its options does not exist, or has a wrong value.
+          ValueError: the strategy or one of its options does not exist, or has a wrong value, or
+            the population cannot grow as it should.
         """
+        if self.growth is not None:
+            self.growth.check(self.strategy.name, self.population_size)
         # Where links come and go, all weights of a link are to be inherited together.
         has_links = self.pruning is not None or self.rewiring is not None
         links = {"links": self.controller.prunable()} if has_links else {}

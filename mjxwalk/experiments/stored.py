@@ -21,6 +21,7 @@ ADDED: dict[str, Any] = {
     "test_settings": {},
     "pruning": None,
     "rewiring": None,
+    "growth": None,
     "goal": {"fine_trials": 0, "fine_factor": 4, "share": 1.0},
     "env": {
         "min_speed": 0.0,

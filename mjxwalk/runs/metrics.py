@@ -18,6 +18,7 @@ from mjxwalk.runs import files, owner
 
 FILE = "metrics.jsonl"
 RUN_LETTERS = 8  # of a run's digest in each line; ours: as many as of the checksum
+NUM_EVALUATED = "num_evaluated"
 TAIL = 1 << 15  # bytes from the end of the figures: a dozen generations or more
 
 
@@ -41,7 +42,8 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
       evaluate_s: wall time of the trials, without compiling.
       compile_s: wall time of compiling, in the first generation after a start.
       other_s: wall time of the rest: the strategy, and waiting for the disk.
-      strategy: scalars that the strategy itself reports.
+      strategy: scalars that the strategy itself reports, and `NUM_EVALUATED` of a population that
+        grows: genotypes that the strategy was told of.
     """
 
     generation: int

@@ -54,6 +54,17 @@ def test_two_processes_evolve_what_one_does_and_another_number_goes_on() -> None
 
 
 @pytest.mark.slow
+def test_two_processes_grow_a_population_as_one_does() -> None:
+    grown = ["--set", "growth.interactions=2000", "--set", "growth.part=6", "--population", "18"]
+    settings = ["--strategy", "pgpe", "--set", "strategy.sigma=0.3", *grown]
+    assert main(["evolve", "toy", *settings, "--out", "one"]) == 0
+    ended = end(start_together(2, "evolve", "toy", *settings, "--out", "two"))
+    assert [code for code, _, _ in ended] == [0, 0], ended
+    assert same_run("one", "two")
+    assert runs.load("two").metrics["strategy.num_evaluated"].tolist() == [12] * 6
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("receiver", [0, 1])
 def test_a_signal_to_one_process_saves_and_ends_all(sent: signal.Signals, receiver: int) -> None:
