@@ -177,6 +177,8 @@ def _words(annotation: Any) -> str:
         return 'a list such as ["name"]' if str in get_args(annotation) else "a list such as [1, 2]"
     if get_origin(annotation) in (dict, Mapping):
         return 'a table such as {"name": 1}'
+    if dataclasses.is_dataclass(annotation):
+        return "a group of settings, each of which is set by its own name"
     return words.get(annotation) or f"a {getattr(annotation, '__name__', annotation)}"
 
 

@@ -54,8 +54,8 @@ def make_optimizer(
     if not isinstance(optimizer, str):
         if given:
             raise ValueError(
-                f"{' and '.join(given)} need an optimizer by name, {', '.join(SETTINGS)}, got "
-                f"{optimizer!r}"
+                f"{' and '.join(given)} must be null unless optimizer is a name, one of "
+                f"{', '.join(SETTINGS)}; optimizer is {optimizer!r}"
             )
         if isinstance(optimizer, optax.GradientTransformation):
             return optimizer
@@ -63,7 +63,7 @@ def make_optimizer(
         return optax.adam(optimizer)
     if optimizer not in SETTINGS:
         raise ValueError(
-            f"optimizer must be a number or one of {', '.join(SETTINGS)}, got {optimizer!r}"
+            f"optimizer must be a number, the learning rate of Adam, or a name, got {optimizer!r}"
             f"{near(optimizer, SETTINGS)}"
         )
     for name in given:

@@ -33,6 +33,7 @@ SETTINGS = {
     "roughness": "env.terrain.roughness",
 }
 CONTACT_LAW = "env.contact_law"  # comes before others, as a time step goes with it
+OF_BODIES = ("controller.period", "controller.moved", "controller.rates")  # of a `Policy`
 
 
 class Chosen(NamedTuple):
@@ -145,6 +146,11 @@ def _override(experiment: Any, path: str, value: str) -> Any:
     """
     if path == "name":
         raise RunError(f"name is no setting: a run of {experiment.name} is read by it; leave it")
+    if path in OF_BODIES and not hasattr(getattr(experiment, "env", None), "anatomy"):
+        raise RunError(
+            f"{path} is for bodies of files and ours: in {experiment.name} all actions move, at "
+            "every step; leave it"
+        )
     experiment = override(experiment, path, value)
     # So that it is the same as --contact: each law has a time step of its own.
     return own_body.with_contact(experiment, value) if path == CONTACT_LAW else experiment

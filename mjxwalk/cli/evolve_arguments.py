@@ -166,8 +166,7 @@ class EvolveArguments(Together, Following):
         if self.controller is not None and self.controller not in experiments.CONTROLLERS:
             raise RunError(
                 f"unknown controller {self.controller!r}"
-                f"{near(self.controller, experiments.CONTROLLERS)}; known are "
-                f"{', '.join(experiments.CONTROLLERS)}"
+                f"{near(self.controller, experiments.CONTROLLERS)}"
             )
         for flag in COUNTS:
             value = getattr(self, flag)

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from mjxwalk.controllers.layout import Layout
 from mjxwalk.envs import targets
+from mjxwalk.envs.checks import MOST_STEPS
 
 # ours: what brings senses to about -1 ... 1, in radians, and in lengths and times of the body.
 ROTATION, RATE = 5.0, 10.0  # rad/s of a body of 1 m and its time
@@ -63,7 +64,16 @@ def of_body(env: Any, *, moved: str, rates: bool, period: float) -> Layout:
         read of its joints, or "all".
       rates: whether the rates of joints are read.
       period: from one action to the next, s.
+
+    Raises:
+      ValueError: the period is longer than a trial can be.
     """
+    longest = MOST_STEPS * env.timestep
+    if period > longest:
+        raise ValueError(
+            f"period must be at most {longest:g} s, {MOST_STEPS:,} steps of the physics, got "
+            f"{period:g}"
+        )
     anatomy = env.anatomy
     body = _of_file(env, moved) if hasattr(env, "stance") else _of_anatomy(env)
     inputs = _inputs(anatomy, body, rates)

@@ -53,7 +53,9 @@ class Mlp(Policy):
 
     def __post_init__(self) -> None:
         if not self.hidden or not all(0 < units <= 4096 for units in self.hidden):
-            raise ValueError(f"hidden must be units from 1 to 4,096 a layer, got {self.hidden}")
+            raise ValueError(
+                f"hidden must be units from 1 to 4,096 a layer, got {list(self.hidden)}"
+            )
         if self.activation not in ACTIVATIONS:
             known = ", ".join(ACTIVATIONS)
             raise ValueError(f'activation must be one of {known}, got "{self.activation}"')

@@ -147,14 +147,15 @@ class Experiment:
         """Returns the strategy, told which weights are links and which network each belongs to.
 
         Raises:
-          ValueError: the strategy or one of its options does not exist, or has a wrong value, or
-            the population cannot grow as it should.
+          ValueError: the strategy or one of its options does not exist, or has a wrong value; or
+            the population cannot grow as it should; or links are to come and go, and the controller
+            has none.
         """
         if self.growth is not None:
             self.growth.check(self.strategy.name, self.population_size)
         # Where links come and go, all weights of a link are to be inherited together.
         has_links = self.pruning is not None or self.rewiring is not None
-        links = {"links": self.controller.prunable()} if has_links else {}
+        links = {"links": self._links()} if has_links else {}
         layers = {"groups": self.controller.networks()}
         strategy = strategies.make(
             self.strategy.name,
@@ -177,6 +178,16 @@ class Experiment:
             below=self.restart_below,
             max_age=self.restart_at,
         )
+
+    def _links(self) -> Any:
+        links = self.controller.prunable()
+        if all(np.all(np.asarray(leaf) < 0) for leaf in jax.tree.leaves(links)):
+            what = "pruning" if self.pruning is not None else "rewiring"
+            raise ValueError(
+                f"{what} must be null, as {type(self.controller).__name__} has no links between "
+                "units that could go"
+            )
+        return links
 
     def take_over(
         self,

@@ -209,6 +209,7 @@ def test_a_controller_decides_in_an_experiment_of_any_body(name: str) -> None:
     ("words", "complaint"),
     [
         (("--controller", "mpl"), "unknown controller 'mpl'; did you mean mlp?"),
+        (("--controller", "foo"), "'foo'; known are ctrnn, harmonics, linear, mlp, recurrent"),
         (("rayleigh", "--controller", "mlp"), "rayleigh has no controller that could be another"),
         (
             ("solomon-2d", "--controller", "mlp"),
@@ -219,4 +220,37 @@ def test_a_controller_decides_in_an_experiment_of_any_body(name: str) -> None:
 )
 def test_a_wrong_controller_is_refused(words: tuple[str, ...], complaint: str, capsys: Any) -> None:
     assert main(["evolve", *words]) == 2
-    assert complaint in " ".join(capsys.readouterr().err.split())
+    told = " ".join(capsys.readouterr().err.split())
+    assert complaint in told and told.count("known are") <= 1
+
+
+@pytest.mark.parametrize(
+    ("words", "setting", "complaint"),
+    [
+        (("--controller", "mlp"), "controller.hidden=[0]", "from 1 to 4,096 a layer, got [0]"),
+        (("--controller", "mlp"), "controller.hidden=8", "must be a list such as [1, 2], got '8'"),
+        (("--controller", "mlp"), "controller.limit=0", "limit must be a number above 0, got 0"),
+        (("--controller", "mlp"), "controller.period=1e9", "period must be at most"),
+        (("--controller", "mlp"), "rewiring.density=2", "density must be above 0 and at most 1"),
+        (("--controller", "mlp"), "rewiring=3", "rewiring must be a group of settings, each"),
+        (("rayleigh-walk",), "rewiring.every=5", "rewiring must be null, as RayleighWalker has no"),
+        (("rayleigh-walk",), "pruning.every=5", "pruning must be null, as RayleighWalker has no"),
+        (("gymnasium/Hopper-v5",), "controller.period=0.1", "controller.period is for bodies"),
+        (("gymnasium/Hopper-v5",), "controller.moved=all", "all actions move, at every step"),
+        (("gymnasium/Hopper-v5",), "env.iterations=0", "iterations must be from 1 to"),
+        (
+            ("--strategy", "pgpe"),
+            "strategy.momentum=0.5",
+            "must be null unless optimizer is a name",
+        ),
+        (("--strategy", "pgpe"), "strategy.optimizer=foo", "known are adam, clipup, sgd"),
+    ],
+)
+def test_a_setting_of_a_controller_that_cannot_be_is_one_sentence(
+    words: tuple[str, ...], setting: str, complaint: str, tmp_path: Any, capsys: Any
+) -> None:
+    args = ["evolve", *words, "--set", setting, "--out", str(tmp_path / "run")]
+    assert main(args) == 2
+    told = capsys.readouterr().err
+    assert complaint in " ".join(told.split()) and told.count("known are") <= 1
+    assert not (tmp_path / "run").exists()
