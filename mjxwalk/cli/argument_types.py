@@ -64,6 +64,8 @@ def _contact_law(text: str) -> str:
 
 
 LAWS = ("points", "mujoco")
+TERRAINS = 20  # of verify
+TRIALS = 100  # of verify, in Gymnasium's tasks
 EXPERIMENT = "per-experiment"
 SEEDS = 2**32  # that JAX's keys tell apart
 Seed: TypeAlias = Annotated[
@@ -87,6 +89,12 @@ ContactLaw: TypeAlias = Annotated[
 OtherContactLaw: TypeAlias = Annotated[
     str | None,
     _primitive("|".join(LAWS), _contact_law, " or ".join(LAWS), none="as-evolved"),
+]
+TerrainCount: TypeAlias = Annotated[
+    int | None, _primitive("INT", int, "a whole number", none=str(TERRAINS))
+]
+TrialCount: TypeAlias = Annotated[
+    int | None, _primitive("INT", int, "a whole number", none=str(TRIALS))
 ]
 DigestOrAny: TypeAlias = Annotated[str | None, _primitive("HEX", str, "a digest", none="any")]
 CountOrAll: TypeAlias = Annotated[
