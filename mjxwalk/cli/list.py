@@ -58,6 +58,7 @@ def _describe_all(path: Path) -> list[tuple[str, ...]]:
 
 def _describe(path: Path) -> tuple[str, ...] | None:
     """Returns a run's name, state, generation and best; None of a folder that is no run."""
+    from mjxwalk.cli.progress_text import worth
     from mjxwalk.runs import RunError, config, folder, metrics, result
 
     if not (path / config.FILE).is_file():
@@ -71,7 +72,7 @@ def _describe(path: Path) -> tuple[str, ...] | None:
     progress = f"generation {len(lines)} of {total}"
     if finished is not None:
         champion = finished.champion
-        best = f"champion {champion.distance_m:.2f} m, falls {champion.fall_rate:.0%}"
+        best = f"champion {worth(champion)}, falls {champion.fall_rate:.0%}"
         if champion.figures:
             best = ", ".join(f"{name} {value:.2f}" for name, value in champion.figures.items())
         return (path.name, "finished", progress, best)

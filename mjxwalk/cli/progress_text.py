@@ -7,7 +7,7 @@ from typing import Any
 from mjxwalk import shell
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.fitting import Fitting
-from mjxwalk.runs import Metrics, Result
+from mjxwalk.runs import Champion, Metrics, Result
 from mjxwalk.runs.metrics import NUM_EVALUATED
 
 UNNAMED = "MuJoCo Model"  # what MuJoCo calls a body whose file does not name it
@@ -85,8 +85,8 @@ def _of_body(experiment: Any) -> str:
 
 def figures(line: Metrics, experiment: Any = None) -> list[tuple[str, str]]:
     """Returns a generation's figures by name, ready to show; of walkers if nothing else is said."""
+    fitness = (line.best_fitness, line.mean_fitness, line.median_fitness)
     if isinstance(experiment, Fitting):
-        fitness = (line.best_fitness, line.mean_fitness, line.median_fitness)
         errors = "/".join(_number(None if each is None else -each) for each in fitness)
         return [
             ("error best/mean/median", f"{errors} {experiment.unit}"),
@@ -94,8 +94,10 @@ def figures(line: Metrics, experiment: Any = None) -> list[tuple[str, str]]:
         ]
     distances = (line.best_distance_m, line.mean_distance_m, line.median_distance_m)
     evaluated = line.strategy.get(NUM_EVALUATED)
+    worths = [("fitness best/mean/median", "/".join(map(_number, fitness)))]
     return [
         *([] if evaluated is None else [("walkers", f"{evaluated:.0f}")]),
+        *(worths if fitness != distances else []),
         ("distance best/mean/median", "/".join(_number(d) for d in distances) + " m"),
         ("falls", f"{line.fall_share:.0%}"),
         ("speed", f"{_number(line.speed_m_s)} m/s"),
@@ -122,7 +124,7 @@ def closing(path: Path, config: Config, result: Result) -> list[str]:
         ]
     return [
         evolved,
-        f"champion of generation {champion.generation}: {champion.distance_m:.2f} m, "
+        f"champion of generation {champion.generation}: {worth(champion)}, "
         f"{_number(champion.speed_m_s)} m/s, cost of transport "
         f"{_number(champion.cost_of_transport)}, falls in {champion.fall_rate:.0%} of "
         f"{champion.terrains} new trials",
@@ -130,6 +132,14 @@ def closing(path: Path, config: Config, result: Result) -> list[str]:
         f"next: {shell.command('report', path)}",
         f"      {shell.command('watch', path)}",
     ]
+
+
+def worth(champion: Champion) -> str:
+    """Returns a champion's distance, after its fitness where that is something else."""
+    distance = f"{champion.distance_m:.2f} m"
+    if champion.fitness in (None, champion.distance_m):
+        return distance
+    return f"fitness {champion.fitness:.2f}, {distance}"
 
 
 def count(number: int | float) -> str:

@@ -65,6 +65,7 @@ def choose(
             speed_m_s=speed(trials.distance, trials.duration),
             cost_of_transport=cost_of_transport(trials.work, trials.distance, experiment.weight),
             terrains=NUM_REPORTING,
+            fitness=_finite_mean(trials.fitness),
         ),
     )
 
@@ -116,6 +117,11 @@ def _counts_fitness(experiment: Any) -> bool:
     """Returns whether fitness alone says who is best: in tasks that are not about a body's walk."""
     env = getattr(experiment, "env", None)
     return isinstance(experiment, Experiment) and not hasattr(env, "anatomy")
+
+
+def _finite_mean(values: Any) -> float | None:
+    mean = float(np.mean(values, dtype=np.float64))
+    return mean if np.isfinite(mean) else None
 
 
 def _mean(leaf: Any) -> Any:

@@ -26,6 +26,7 @@ class Champion(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
       cost_of_transport: work over weight times distance; None if it did not get anywhere.
       terrains: number of them; 0 of what was fitted and walks nowhere.
       figures: of what was fitted, by name.
+      fitness: mean over the terrains; None in older runs and of what was fitted.
     """
 
     generation: int
@@ -35,6 +36,7 @@ class Champion(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     cost_of_transport: float | None
     terrains: int
     figures: dict[str, float] = {}
+    fitness: float | None = None
 
 
 class Result(msgspec.Struct, frozen=True, kw_only=True):

@@ -180,7 +180,9 @@ def test_list_shows_experiments_and_runs(capsys: pytest.CaptureFixture[str]) -> 
     shown = capsys.readouterr().out
     assert "Experiments\n  toy  no physics, for tests\n" in shown
     assert re.search(r"^  toys +three phases.*\n  toys/zero +a phase", shown, re.MULTILINE)
-    assert re.search(r"toy-0-\d{8}-\d{6}  finished  generation 2 of 2 +champion \d", shown)
+    assert re.search(
+        r"toy-0-\d{8}-\d{6}  finished  generation 2 of 2 +champion fitness -?\d[\d.]+, \d", shown
+    )
     assert re.search(r"begun +stopped +generation 0 of 6 +-", shown)
     assert "other" not in shown
 

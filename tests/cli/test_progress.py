@@ -4,6 +4,7 @@ import dataclasses
 import io
 from pathlib import Path
 
+import msgspec
 import pytest
 import toy
 from rich.console import Console
@@ -11,7 +12,7 @@ from rich.console import Console
 from mjxwalk import experiments
 from mjxwalk.cli.progress import PlainProgress
 from mjxwalk.cli.progress_live import LiveProgress
-from mjxwalk.cli.progress_text import Clock, count, duration, figures, opening
+from mjxwalk.cli.progress_text import Clock, closing, count, duration, figures, opening
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs import Champion, Metrics, Result
 from mjxwalk.runs.config import Origin
@@ -86,6 +87,26 @@ def test_time_left_is_by_the_typical_generation() -> None:
 
 def test_a_figure_without_value_is_a_dash() -> None:
     assert dict(figures(line(1)))["cost of transport"] == "-"
+
+
+def test_fitness_is_shown_where_it_is_not_the_distance() -> None:
+    told = line(1)
+    assert "fitness best/mean/median" not in dict(figures(told))
+    told = msgspec.structs.replace(told, best_fitness=1234.5, median_fitness=None)
+    assert dict(figures(told))["fitness best/mean/median"] == "1234.50/2.00/-"
+    assert dict(figures(told))["distance best/mean/median"] == "3.00/2.00/1.00 m"
+
+
+@pytest.mark.parametrize(
+    ("fitness", "shown"),
+    [(None, "12.35 m"), (12.345, "12.35 m"), (1234.5, "fitness 1234.50, 12.35 m")],
+)
+def test_the_end_tells_fitness_where_it_is_not_the_distance(
+    fitness: float | None, shown: str
+) -> None:
+    champion = msgspec.structs.replace(RESULT.champion, fitness=fitness)
+    told = closing(Path("a"), CONFIG, msgspec.structs.replace(RESULT, champion=champion))
+    assert f"champion of generation 4: {shown}, 1.50 m/s" in told[1]
 
 
 def test_off_a_terminal_there_is_a_line_for_each_second_and_the_last_generation(
