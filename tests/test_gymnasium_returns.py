@@ -10,6 +10,8 @@ import pytest
 from mjxwalk import cli
 
 pytest.importorskip("gymnasium")
+# A step is traced some times as fast.
+pytestmark = pytest.mark.usefixtures("unchecked_types")
 FILE = Path(__file__).parents[1] / "scripts" / "gymnasium_returns.py"
 
 
@@ -25,6 +27,7 @@ def _script() -> Any:
 RETURNS = _script()
 
 
+@pytest.mark.slow
 def test_gymnasium_returns_compares_random_policies_and_those_near_a_champion(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -40,6 +43,9 @@ def test_gymnasium_returns_compares_random_policies_and_those_near_a_champion(
     for row in rows:
         assert float(row[2]) > 0.0 and float(row[3]) > 0.0 and float(row[8]) > 0.01
         assert row[6] == row[7] == "100%"  # all fall, and are alive until then
+
+
+def test_what_cannot_be_compared_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run("gymnasium_returns.py", RETURNS, ["--tasks", "Hoper-v5"]) == 2
     assert "did you mean Hopper-v5" in capsys.readouterr().err
     not_of_gymnasium = ["--tasks", "Hopper-v5", "--runs", "zoo:reil"]
