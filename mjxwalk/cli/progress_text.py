@@ -130,8 +130,16 @@ def closing(path: Path, config: Config, result: Result) -> list[str]:
         f"{champion.terrains} new trials",
         f"in {path}",
         f"next: {shell.command('report', path)}",
-        f"      {shell.command('watch', path)}",
+        f"      {shell.command(_next(config.experiment), path)}",
     ]
+
+
+def _next(experiment: Any) -> str:
+    """Returns the command that shows how a champion walks, or whether Gymnasium agrees."""
+    from mjxwalk.envs.gymnasium import GymnasiumTask
+
+    is_gymnasiums = isinstance(getattr(experiment, "env", None), GymnasiumTask)
+    return "verify" if is_gymnasiums else "watch"
 
 
 def worth(champion: Champion) -> str:

@@ -24,7 +24,10 @@ class _Search(NamedTuple):
     sigma: float
 
 
-SEARCHES = {  # the paper's own, of tasks of an older version
+# The paper's own, of tasks of an older version: Humanoid's as its repository has them,
+# https://github.com/modestyachts/ARS; the others as RL Baselines3 Zoo has them of that paper,
+# https://github.com/DLR-RM/rl-baselines3-zoo, hyperparams/ars.yml.
+SEARCHES = {
     "Walker2d-v5": _Search(40, 30, 0.03, 0.025),
     "Hopper-v5": _Search(8, 4, 0.01, 0.025),
     "HalfCheetah-v5": _Search(32, 4, 0.02, 0.03),

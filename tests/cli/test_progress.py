@@ -109,6 +109,13 @@ def test_the_end_tells_fitness_where_it_is_not_the_distance(
     assert f"champion of generation 4: {shown}, 1.50 m/s" in told[1]
 
 
+def test_the_end_of_a_gymnasium_task_points_to_verify_as_no_page_shows_it() -> None:
+    pytest.importorskip("gymnasium")
+    settings = Config(experiment=experiments.get("gymnasium/Hopper-v5"))
+    assert closing(Path("a"), settings, RESULT)[-1] == "      mjxwalk verify a"
+    assert closing(Path("a"), CONFIG, RESULT)[-1] == "      mjxwalk watch a"
+
+
 def test_off_a_terminal_there_is_a_line_for_each_second_and_the_last_generation(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
