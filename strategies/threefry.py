@@ -16,7 +16,7 @@ ROTATIONS = ((13, 15, 26, 6), (17, 29, 16, 24))  # bits; Salmon et al. (2011), t
 PARITY = 0x1BD11BDA  # section 4.2: keeps a key's words from cancelling
 NUM_GROUPS = 5  # of four rounds, each with the key added after it
 
-Word = UInt32[Array, "..."]
+Word = UInt32[Array, "..."] | UInt32[np.ndarray, "..."]
 
 
 def random_words(key: PRNGKeyArray, shape: tuple[int, ...]) -> UInt32[Array, "..."]:

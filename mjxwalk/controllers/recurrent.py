@@ -12,9 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from mjxwalk.controllers import sparse
 from mjxwalk.controllers.policy import PACE, Policy
 from mjxwalk.controllers.wiring import Connection, Wiring, ends, units
-from mjxwalk.envs.checks import count
+from mjxwalk.envs.checks import count, not_negative
 
 STEPS = 3  # of Euler's method from one action to the next; ours: fewer change the period
 # ours: two neurons that oscillate, after Beer (1995), section 4, and the weight by which those of
@@ -56,13 +57,21 @@ class PatternGenerator(Policy):
     Attributes:
       neurons: a side; two of them oscillate from the start.
       feels: whether senses reach the neurons.
+      density: share of the links that are there of all from senses to neurons, between neurons of
+        a side, and across; those by which two of them oscillate always are.
+      wiring_seed: of the choice of these links.
     """
 
     neurons: int = 6
     feels: bool = True
+    density: float = 1.0
+    wiring_seed: int = 0
 
     def __post_init__(self) -> None:
         count(self, "neurons")
+        not_negative(self, "wiring_seed")
+        if not 0 < self.density <= 1:
+            raise ValueError(f"density must be above 0 and at most 1, got {self.density}")
         if self.neurons < 2:
             raise ValueError(f"neurons must be 2 at least, which oscillate, got {self.neurons}")
         super().__post_init__()
@@ -85,10 +94,16 @@ class PatternGenerator(Policy):
     def present(self) -> Generator:
         """Returns which weights are there: of senses if it feels, and across between sides."""
         every = super().present()
-        return every._replace(
-            senses=jnp.full(every.senses.shape, self.feels),
-            crossed=jnp.full(every.crossed.shape, self.layout.sides == 2),
-        )
+        num = self.neurons
+        kept = np.zeros((3, num, max(num, len(self.layout.inputs))), bool)
+        kept[0, :2, :2] = kept[1, 0, 0] = True  # of the oscillator
+        of = {"weights": num, "crossed": num, "senses": len(self.layout.inputs)}
+        links = {
+            leaf: sparse.drawn(self.density, self.wiring_seed, number, kept[number, :, :columns])
+            for number, (leaf, columns) in enumerate(of.items())
+        }
+        there = {"weights": True, "crossed": self.layout.sides == 2, "senses": self.feels}
+        return every._replace(**{leaf: jnp.asarray(links[leaf] & there[leaf]) for leaf in links})
 
     def wiring(self) -> Wiring:
         """Returns the neurons, which read the senses, each other and those of the other side, and

@@ -39,6 +39,8 @@ ADDED: dict[str, Any] = {
         "clock": None,
         "normalise": False,
         "limit": 5.0,
+        "density": 1.0,
+        "wiring_seed": 0,
     },
 }
 
