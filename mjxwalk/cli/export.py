@@ -69,7 +69,7 @@ class Export:
         walker = walkers.best(self.source)
         if isinstance(walker.experiment, Fitting) or not hasattr(walker.experiment, "controller"):
             raise RunError(f"{self.source} is no walker with body and controller to export")
-        walkers.check_has_anatomy(self.source, walker.experiment)
+        self._check_told(walker.experiment)
         written = self._written(walker, out)
         run = None if self.out or walkers.in_zoo(self.source) else Path(self.source)
         for path, content in written.items():
@@ -119,6 +119,16 @@ class Export:
             installing.load("onnx", "onnx", "--to onnx")
         elif self.to == "safetensors":
             installing.load("safetensors", "export", "--to safetensors")
+
+    def _check_told(self, experiment: object) -> None:
+        """Raises RunError unless an experiment says what an export needs to know."""
+        from mjxwalk import walkers
+        from mjxwalk.export import step
+
+        if self.to in CONTROLLERS:
+            step.check(self.source, experiment)
+        else:
+            walkers.check_has_anatomy(self.source, experiment)
 
     def _default(self) -> Path:
         from mjxwalk import walkers

@@ -75,5 +75,10 @@ def normalise(
     senses: Statistics, away: Float[Array, " input"], limit: float
 ) -> Float[Array, " input"]:
     """Returns senses less their means over their deviations, cut to so many deviations."""
-    known = senses.deviation > SMALLEST_DEVIATION
-    return jnp.clip(away / jnp.where(known, senses.deviation, 1.0), -limit, limit)
+    return jnp.clip(away / divisors(senses), -limit, limit)
+
+
+def divisors(senses: Statistics) -> Float[Array, " input"]:
+    """Returns the deviation of each sense, 1 of those that hardly vary."""
+    deviation = jnp.asarray(senses.deviation)
+    return jnp.where(deviation > SMALLEST_DEVIATION, deviation, 1.0)

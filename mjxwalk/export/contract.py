@@ -8,11 +8,11 @@ import numpy as np
 import mjxwalk
 from mjxwalk import settings
 from mjxwalk.controllers.controller import Network, NetworkInput
+from mjxwalk.controllers.normalisation import Normalised, divisors
 from mjxwalk.envs import Anatomy, LeggedEnv
-from mjxwalk.runs.trees import flatten
+from mjxwalk.export import step
 from mjxwalk.walker import Walker
 
-MEMORY = "memory."  # what it remembers may be called like a sense
 LAWS = {  # what motors make of what controllers give, and its fields with their units
     "torque": (
         "each motor gives torque + stiffness * (target - angle) - damping * rate",
@@ -27,6 +27,8 @@ LAWS = {  # what motors make of what controllers give, and its fields with their
         (("target", "rad"),),
     ),
 }
+
+TASK_LAW = "numbers are cut to -1 ... 1; the task scales them to the range of its controls"
 
 
 class Value(msgspec.Struct, frozen=True, kw_only=True):
@@ -58,7 +60,7 @@ class Contract(msgspec.Struct, frozen=True, kw_only=True):
       rank: of the walker there.
       generation: in which it was the fittest.
       experiment: that it evolved in.
-      body: class of it.
+      body: its name, or that of the task.
       controller: class of it.
       settings: of the controller.
       period_s: from one step of control to the next.
@@ -68,7 +70,8 @@ class Contract(msgspec.Struct, frozen=True, kw_only=True):
       actions: what comes out, an element for each motor.
       law: what motors make of it.
       roles: which leg is which.
-      inputs: of the networks, in the order of the weights' columns.
+      inputs: of the networks, in the order of the weights' columns; of normalised senses centre and
+        scale are mean and standard deviation.
       networks: in the order of the weights' rows.
       arrays: shapes of the weights by name.
     """
@@ -101,54 +104,77 @@ def describe(walker: Walker, arrays: dict[str, Any]) -> Contract:
       arrays: its weights by name.
     """
     env, controller = walker.experiment.env, walker.experiment.controller
-    anatomy: Anatomy = env.anatomy
-    observation = sensed(env)
-    law, gives = LAWS[anatomy.motors[0].law]
-    motors = tuple(motor.name for motor in anatomy.motors)
-    linear = controller.describe()
+    made, linear = step.of(walker), controller.describe()
+    senses, actions, law = _of_task(env) if step.is_task(env) else _of_body(env, made.senses)
     return Contract(
         mjxwalk=mjxwalk.__version__,
         walker=walker.name,
         rank=walker.rank,
         generation=walker.generation,
         experiment=walker.experiment.name,
-        body=anatomy.name,
+        body=type(env).__name__ if step.is_task(env) else env.anatomy.name,
         controller=type(controller).__name__,
         settings=settings.to_data(controller),
         period_s=env.timestep,
-        senses=tuple(
-            _value(each.name, observation[each.name], each.unit, each.meaning, each.order)
-            for each in anatomy.senses
-        ),
-        memory=tuple(_value(name, leaf) for name, leaf in memory_of(walker).items()),
-        starts={name: np.asarray(leaf).tolist() for name, leaf in memory_of(walker).items()},
-        actions=tuple(
-            Value(name=name, shape=(len(motors),), dtype="float32", unit=unit, order=motors)
-            for name, unit in gives
-        ),
+        senses=senses,
+        memory=tuple(_value(name, leaf) for name, leaf in made.memory.items()),
+        starts={name: np.asarray(leaf).tolist() for name, leaf in made.memory.items()},
+        actions=actions,
         law=law,
         roles=linear.roles,
-        inputs=linear.inputs,
+        inputs=_as_normalised(linear.inputs, walker),
         networks=linear.networks,
         arrays={name: array.shape for name, array in arrays.items()},
     )
 
 
-def observation_of(env: LeggedEnv) -> Any:
-    """Returns what a walker senses at the start of a trial on level ground, a named tuple."""
-    return env.observe(env.reset(env.level_trials().given(0)))
+def _of_body(
+    env: LeggedEnv, senses: dict[str, Any]
+) -> tuple[tuple[Value, ...], tuple[Value, ...], str]:
+    """Returns what a body senses, what its motors take, and what they make of it."""
+    anatomy: Anatomy = env.anatomy
+    law, gives = LAWS[anatomy.motors[0].law]
+    motors = tuple(motor.name for motor in anatomy.motors)
+    sensed = tuple(
+        _value(each.name, senses[each.name], each.unit, each.meaning, each.order)
+        for each in anatomy.senses
+    )
+    actions = tuple(
+        Value(name=name, shape=(len(motors),), dtype="float32", unit=unit, order=motors)
+        for name, unit in gives
+    )
+    return sensed, actions, law
 
 
-def sensed(env: LeggedEnv) -> dict[str, Any]:
-    """Returns the fields of `observation_of` that the body has, by name."""
-    fields = observation_of(env)._asdict()
-    return {name: leaf for name, leaf in fields.items() if leaf is not None}
+def _of_task(env: Any) -> tuple[tuple[Value, ...], tuple[Value, ...], str]:
+    """Returns what a task without a body gives, what it takes, and what it makes of that."""
+    observed, moved = tuple(env.observation_names), tuple(env.action_names)
+    observation, action = (
+        Value(name=name, shape=(len(order),), dtype="float32", order=order)
+        for name, order in ((step.OBSERVATION, observed), (step.ACTION, moved))
+    )
+    return (observation,), (action,), TASK_LAW
 
 
-def memory_of(walker: Walker) -> dict[str, Any]:
-    """Returns what the controller remembers at the start, by name, which starts with MEMORY."""
-    started = flatten(walker.experiment.controller.init(walker.genotype))
-    return {f"{MEMORY}{name}": leaf for name, leaf in started.items()}
+def _as_normalised(inputs: tuple[NetworkInput, ...], walker: Walker) -> tuple[NetworkInput, ...]:
+    """Returns inputs whose centres and scales are mean and standard deviation of what was sensed.
+
+    Both in the unit of the sense; inputs of a walker that does not normalise its senses stay.
+    """
+    if not isinstance(walker.genotype, Normalised):
+        return inputs
+    senses, limit = walker.genotype.senses, walker.experiment.controller.limit
+    deviation = np.asarray(divisors(senses))
+    normalised = [
+        msgspec.structs.replace(
+            each,
+            centre=each.centre + each.scale * float(senses.mean[place]),
+            scale=each.scale * float(deviation[place]),
+            limit=limit,
+        )
+        for place, each in enumerate(inputs[: len(deviation)])
+    ]
+    return (*normalised, *inputs[len(deviation) :])  # the clock is none of the senses
 
 
 def _value(

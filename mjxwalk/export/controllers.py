@@ -8,20 +8,25 @@ import msgspec
 import numpy as np
 
 from mjxwalk import installing
+from mjxwalk.controllers.normalisation import Normalised
 from mjxwalk.engines.pinning import pinned
-from mjxwalk.export import contract, tracing
+from mjxwalk.export import contract, step, tracing
 from mjxwalk.outputs import as_json
 from mjxwalk.runs.result import npz
 from mjxwalk.runs.trees import flatten
 from mjxwalk.walker import Walker
 
-NEXT = "next."  # in place of MEMORY, of what ONNX gives back to be remembered
-
 
 def weights(walker: Walker) -> dict[str, Any]:
-    """Returns a walker's weights by name; those that are no links are zero."""
+    """Returns a walker's weights, and what it knows of its senses, by name.
+
+    Weights that are no links are zero.
+    """
     arrays = flatten(walker.genotype)
-    present = flatten(walker.experiment.controller.mask())
+    mask = walker.experiment.controller.mask()
+    if isinstance(mask, Normalised):  # strategies leave alone what is known of the senses
+        mask = mask._replace(senses=jax.tree.map(np.ones_like, mask.senses))
+    present = flatten(mask)
     return {
         name: np.where(present[name], array, np.zeros((), array.dtype))
         for name, array in arrays.items()
@@ -50,35 +55,16 @@ def as_safetensors(walker: Walker) -> bytes:
     """
     library = installing.load("safetensors.numpy", "export", "--to safetensors")
     described = msgspec.to_builtins(contract.describe(walker, weights(walker)))
-    arrays = {name: np.ascontiguousarray(array) for name, array in weights(walker).items()}
+    arrays = {name: np.asarray(array, order="C") for name, array in weights(walker).items()}
     return library.save(arrays, metadata={"contract": json.dumps(described, sort_keys=True)})
 
 
 @pinned()
 def as_onnx(walker: Walker) -> bytes:
-    """Returns a step of control as ONNX, sensing of roles and memory included.
-
-    Inputs are the senses and the memory by name, outputs the action by name, as the motors take it,
-    and the memory of the next step, `next.NAME` of `memory.NAME`.
+    """Returns a step of control, see `Step.run`, as ONNX, sensing of roles and memory included.
 
     Raises:
       RunError: onnx is not installed, or it has no such operation.
     """
-    env, controller = walker.experiment.env, walker.experiment.controller
-    observation, sensed = contract.observation_of(env), contract.sensed(env)
-    start = controller.init(walker.genotype)
-    tree = jax.tree.structure(start)
-    memories = contract.memory_of(walker)
-
-    def step(**values: Any) -> dict[str, Any]:
-        seen = observation._replace(**{name: values[name] for name in sensed})
-        memory = jax.tree.unflatten(tree, [values[name] for name in memories])
-        after, action = controller.act(walker.genotype, memory, seen)
-        plain = not isinstance(action, tuple)  # numbers from -1 to 1
-        asked: Any = env.scaled_action(action) if plain else action
-        remembered = (f"{NEXT}{name.removeprefix(contract.MEMORY)}" for name in memories)
-        return asked._asdict() | dict(zip(remembered, jax.tree.leaves(after), strict=True))
-
-    senses = {**sensed, **memories}
-    like = {name: jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for name, leaf in senses.items()}
-    return tracing.to_onnx(step, like)
+    made = step.of(walker)
+    return tracing.to_onnx(made.run, step.shapes(made.senses | made.memory))

@@ -63,21 +63,15 @@ def to_onnx(step: Callable[..., Mapping[str, Any]], inputs: Mapping[str, Any]) -
     """
     onnx = installing.load("onnx", "onnx", "ONNX")
     names = list(inputs)
-    # What it returns in dicts would come back sorted by name.
     outputs: list[str] = []
-
-    def flat(*values: Any) -> list[Any]:
-        returned = step(**dict(zip(names, values, strict=True)))
-        outputs[:] = list(returned)
-        return list(returned.values())
-
-    closed: Any = jax.make_jaxpr(flat)(*inputs.values())
+    closed = _traced(step, inputs, outputs)
     graph = _Graph(onnx)
     known = dict(zip(closed.jaxpr.constvars, map(np.asarray, closed.consts), strict=True))
     known |= dict(zip(closed.jaxpr.invars, names, strict=True))
     returned = graph.run(closed.jaxpr, known)
     for name, value in zip(outputs, returned, strict=True):
         graph.node("Identity", [value], name=name)
+    graph.keep_what_leads_to(outputs)
     shapes = [var.aval for var in closed.jaxpr.outvars]
     model = onnx.helper.make_model(
         onnx.helper.make_graph(
@@ -93,6 +87,52 @@ def to_onnx(step: Callable[..., Mapping[str, Any]], inputs: Mapping[str, Any]) -
     model.ir_version = 8  # the one of this operator set; newer ones are refused by older runtimes
     onnx.checker.check_model(model, full_check=True)
     return model.SerializeToString()
+
+
+def reads(step: Callable[..., Mapping[str, Any]], inputs: Mapping[str, Any]) -> dict[str, set[str]]:
+    """Returns the names of the inputs that each output of a function depends on.
+
+    Args:
+      step: as `to_onnx` takes it.
+      inputs: shapes and types by name.
+    """
+    outputs: list[str] = []
+    closed = _traced(step, inputs, outputs)
+    found = _sources(closed.jaxpr, [{name} for name in inputs])
+    return dict(zip(outputs, found, strict=True))
+
+
+def _traced(
+    step: Callable[..., Mapping[str, Any]], inputs: Mapping[str, Any], outputs: list[str]
+) -> Any:
+    """Returns the jaxpr of a function, and fills in the names of its outputs."""
+    names = list(inputs)
+
+    def flat(*values: Any) -> list[Any]:
+        returned = step(**dict(zip(names, values, strict=True)))
+        # What it returns in dicts would come back sorted by name.
+        outputs[:] = list(returned)
+        return list(returned.values())
+
+    return jax.make_jaxpr(flat)(*inputs.values())
+
+
+def _sources(jaxpr: Any, given: list[set[str]]) -> list[set[str]]:
+    """Returns what each result of a jaxpr depends on, given what its arguments do."""
+    known: dict[Any, set[str]] = dict(zip(jaxpr.invars, given, strict=True))
+
+    def of(atom: Any) -> set[str]:
+        return set() if hasattr(atom, "val") else known.get(atom, set())
+
+    for equation in jaxpr.eqns:
+        operands = [of(atom) for atom in equation.invars]
+        inner = equation.params.get("jaxpr", equation.params.get("call_jaxpr"))
+        if equation.primitive.name in INLINE and inner is not None:
+            results = _sources(getattr(inner, "jaxpr", inner), operands)
+        else:
+            results = [set[str]().union(*operands)] * len(equation.outvars)
+        known |= dict(zip(equation.outvars, results, strict=True))
+    return [of(atom) for atom in jaxpr.outvars]
 
 
 class _Graph:
@@ -116,6 +156,16 @@ class _Graph:
         operands = [self._named(operand) for operand in operands]
         self.nodes.append(self._onnx.helper.make_node(operator, operands, [name], **options))
         return name
+
+    def keep_what_leads_to(self, names: Sequence[str]) -> None:
+        """Leaves out nodes and constants on which none of these values depends."""
+        needed, kept = set(names), list[Any]()
+        for node in reversed(self.nodes):
+            if needed.intersection(node.output):
+                kept.append(node)
+                needed.update(node.input)
+        self.nodes = kept[::-1]
+        self.constants = [each for each in self.constants if each.name in needed]
 
     def run(self, jaxpr: Any, known: dict[Any, Any]) -> list[Any]:
         """Returns the values of a jaxpr's results."""
@@ -157,6 +207,9 @@ class _Graph:
         shape = [int(size) for size in equation.outvars[0].aval.shape]
         if primitive in PLAIN:
             return self.node(PLAIN[primitive], operands)
+        if primitive == "expm1":
+            one = np.ones((), equation.invars[0].aval.dtype)
+            return self.node("Sub", [self.node("Exp", operands), one])
         if primitive == "ne":
             return self.node("Not", [self.node("Equal", operands)])
         if primitive == "select_n":

@@ -28,7 +28,7 @@ from mjxwalk.controllers.recurrent import PatternGenerator
 from mjxwalk.controllers.recurrent_network import RecurrentNetwork
 from mjxwalk.envs import Flame, MjcfEnv, Planar7, Reil
 from mjxwalk.envs.trees import GRAVITY
-from mjxwalk.export import body, contract, controllers, sto, trajectory
+from mjxwalk.export import body, contract, controllers, step, sto, trajectory
 from mjxwalk.runs.trees import flatten
 from mjxwalk.walker import Walker
 
@@ -88,11 +88,11 @@ def seen(env: Any, number: int) -> Any:
     draws = np.random.default_rng(number)
     values = {
         name: np.asarray(draws.normal(size=leaf.shape), np.float32)
-        for name, leaf in contract.sensed(env).items()
+        for name, leaf in step.sensed(env).items()
     }
     values["time"] = np.asarray(0.1 * number, np.float32)
     values["contact"] = np.array([number % 2 > 0, number % 4 > 1])
-    like = contract.observation_of(env)
+    like = step.observation_of(env)
     return like._replace(**{name: jnp.asarray(value) for name, value in values.items()})
 
 
@@ -106,13 +106,13 @@ def test_onnx_does_what_the_controller_does(case: str) -> None:
     assert inputs == {value.name for value in (*told.senses, *told.memory)}
     act = jax.jit(controller.act)
     memory = controller.init(walker.genotype)
-    carried = {name: np.asarray(leaf) for name, leaf in contract.memory_of(walker).items()}
+    carried = {name: np.asarray(leaf) for name, leaf in step.of(walker).memory.items()}
     names = [each.name for each in session.get_outputs()]
     for number in range(12):
         observation = seen(env, number)
         memory, action = act(walker.genotype, memory, observation)
         asked: Any = action if isinstance(action, tuple) else env.scaled_action(action)
-        given = {name: np.asarray(getattr(observation, name)) for name in contract.sensed(env)}
+        given = {name: np.asarray(getattr(observation, name)) for name in step.sensed(env)}
         found = dict(zip(names, session.run(names, given | carried), strict=True))
         for name, expected in asked._asdict().items():
             # Both are float32, whose sums of products differ in the last digit of the largest.
