@@ -11,6 +11,7 @@ from mjxwalk.report import (
     fits,
     hips,
     links,
+    networks,
     provenance_section,
     recorded,
     remarks,
@@ -108,12 +109,14 @@ def _sections(
         else "Tables and figures of the gait were left out; --trials 100 makes them."
     )
     replay = replayed.section(asked, found, seed=seed, say=say) if num_trials else None
+    left = networks.section(asked)
     return (
         *([replay] if replay else []),
         fitness.section(variants),
         winners.section(asked),
         benchmarks.section(asked),
         *([links.section(asked)] if sources.is_paper(asked) else []),
+        *([left] if left else []),
         walking.section(found, why_not=why_not),
     )
 
