@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from mjxwalk.envs import checks
-from mjxwalk.envs.trial import Trials, TrialState
+from mjxwalk.envs.trial import Trials, TrialState, noise_seeds
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -23,6 +23,7 @@ class FlatEnv(abc.ABC):
     Attributes:
       timestep: of one step, s.
       max_time: after which a trial ends, s.
+      action_noise: standard deviation of normal noise on the actions of evolving walkers.
     """
 
     observation_names: ClassVar[tuple[str, ...]]
@@ -31,15 +32,18 @@ class FlatEnv(abc.ABC):
 
     timestep: float = 0.02
     max_time: float = 10.0
+    action_noise: float = 0.0
 
     def __post_init__(self) -> None:
         checks.positive(self, "timestep", "max_time")
+        checks.not_negative(self, "action_noise")
 
     def sample_trials(self, key: PRNGKeyArray, num: int, roughness: float | None = None) -> Trials:
         """Returns trials on level ground, each with its random numbers; they have no roughness."""
         del roughness
         draws = jax.random.uniform(key, (num, self.num_draws), minval=-1.0, maxval=1.0)
-        return Trials(jnp.zeros((num, 1)), start=draws if self.num_draws else None)
+        noise = noise_seeds(key, num, self.action_noise)
+        return Trials(jnp.zeros((num, 1)), start=draws if self.num_draws else None, noise=noise)
 
     def count(self, trial: TrialState, *, fell: Bool[Array, ""] | bool = False) -> TrialState:
         """Returns the trial one step later; it has ended by a fall, or after its longest time.

@@ -67,6 +67,7 @@ class LeggedEnv(LeggedBody):
             course=self.course.sample(jax.random.fold_in(key, COURSE), num),
             push=self.push.sample(jax.random.fold_in(key, PUSH), num),
             load=load,
+            noise=trial.noise_seeds(key, num, self.action_noise),
         )
 
     def level_trials(self, num: int = 1) -> Trials:

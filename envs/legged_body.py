@@ -52,6 +52,7 @@ class LeggedBody(abc.ABC):
       max_lag: see `min_speed`, m.
       acting: what a policy's numbers from -1 to 1 are: "torque", or "target" of joints about where
         they start, held by stiffness and damping.
+      action_noise: standard deviation of normal noise on these numbers, fresh for each action.
       torque_budget: the trial ends when `torque_cost` reaches it, N m s.
       max_time: the trial ends then, s.
     """
@@ -71,6 +72,7 @@ class LeggedBody(abc.ABC):
     timestep: float
     integrator: Literal["implicit", "explicit"] = "implicit"
     acting: Literal["target", "torque"] = "torque"
+    action_noise: float = 0.0
     max_flight_time: float
     min_speed: float
     max_lag: float
@@ -79,7 +81,7 @@ class LeggedBody(abc.ABC):
 
     def __post_init__(self) -> None:
         checks.positive(self, "timestep", "torque_budget", "max_time")
-        checks.not_negative(self, "max_flight_time", "min_speed", "max_lag")
+        checks.not_negative(self, "max_flight_time", "min_speed", "max_lag", "action_noise")
         checks.steps(self)
         checks.one_of(self, "acting", ("target", "torque"))
         if self.integrator not in ("implicit", "explicit"):

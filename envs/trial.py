@@ -6,9 +6,11 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, UInt32
 
 from mjxwalk.envs.terrain import Terrain
+
+NOISE = 0x6E6F6973  # folded into the key of the trials, it leads to draws of their own
 
 
 class Trial(NamedTuple):
@@ -22,12 +24,14 @@ class Trial(NamedTuple):
         nothing.
       push: when each push begins, s, and by what it changes the body's velocity along x and y,
         m/s; None where there are none.
+      noise: what the noise on the walker's actions is made from; None where there is none.
     """
 
     ground: Terrain
     start: Float[Array, "*walker departure"] | None = None
     load: Float[Array, "*walker"] | None = None
     push: Float[Array, "*walker push 3"] | None = None
+    noise: UInt32[Array, "*walker"] | None = None
 
 
 class Trials(NamedTuple):
@@ -39,6 +43,7 @@ class Trials(NamedTuple):
       load: as in `Trial`.
       course: of each ground, as in `Terrain`.
       push: as in `Trial`.
+      noise: as in `Trial`.
     """
 
     heights: Any
@@ -46,6 +51,7 @@ class Trials(NamedTuple):
     load: Any = None
     course: Any = None
     push: Any = None
+    noise: Any = None
 
     @property
     def num(self) -> int:
@@ -62,7 +68,8 @@ class Trials(NamedTuple):
         Args:
           rows: of the trial that each walker is given; one number for one walker.
         """
-        own = jax.tree.map(lambda leaf: leaf[rows], (self.start, self.load, self.push))
+        parts = self.start, self.load, self.push, self.noise
+        own = jax.tree.map(lambda leaf: leaf[rows], parts)
         return Trial(Terrain(self.heights, rows, self.course), *own)
 
     def with_grounds(self, rows: Any) -> "Trials":
@@ -72,7 +79,20 @@ class Trials(NamedTuple):
 
 
 # Which axis of a `Trial` counts walkers, for `vmap`: they share the table of heights.
-TRIAL_AXES = Trial(Terrain(None, 0), 0, 0, 0)  # type: ignore[arg-type]
+TRIAL_AXES = Trial(Terrain(None, 0), 0, 0, 0, 0)  # type: ignore[arg-type]
+
+
+def noise_seeds(key: PRNGKeyArray, num: int, deviation: float) -> UInt32[Array, " trial"] | None:
+    """Returns what each trial's noise on actions is made from; None where it deviates by nothing.
+
+    Args:
+      key: that the trials were drawn by.
+      num: of the trials.
+      deviation: standard deviation of the noise.
+    """
+    if not deviation:
+        return None
+    return jax.random.bits(jax.random.fold_in(key, NOISE), (num,), jnp.uint32)
 
 
 class TrialState(NamedTuple):

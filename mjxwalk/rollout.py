@@ -4,9 +4,10 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from mjxwalk.controllers import Controller
+from mjxwalk.controllers import Controller, action_noise
 from mjxwalk.envs import Trials, TrialState
 
 
@@ -101,13 +102,26 @@ def advance(
     env: Environment, controller: Controller, genotype: Any, given: Any, walk: Walk
 ) -> Walk:
     """Returns the walker after one step of control and physics."""
-    memory, action = controller.act(genotype, walk.memory, env.observe(walk.state))
+    memory, action = _act(env, controller, genotype, given, walk)
     return Walk(env.step(walk.state, action, given), memory)
+
+
+def _act(
+    env: Environment, controller: Controller, genotype: Any, given: Any, walk: Walk
+) -> tuple[Any, Any]:
+    """Returns the controller's next memory and its action, with the noise of the trial."""
+    memory, action = controller.act(genotype, walk.memory, env.observe(walk.state))
+    deviation, seed = getattr(env, "action_noise", 0.0), getattr(given, "noise", None)
+    if not deviation or seed is None:
+        return memory, action
+    # All steps for which an action stays the same have the same noise.
+    turn = jax.lax.div(walk.state.trial.num_steps, np.int32(controller.steps_per_action()))
+    return memory, action_noise.noisy(action, deviation, seed, turn)
 
 
 def _hold(env: Environment, controller: Controller, genotype: Any, given: Any, walk: Walk) -> Walk:
     """Returns the walker when its next action is due: `advance` as often as the action is held."""
-    memory, action = controller.act(genotype, walk.memory, env.observe(walk.state))
+    memory, action = _act(env, controller, genotype, given, walk)
 
     def holding(at: tuple[Any, Any]) -> Bool[Array, ""]:
         return (at[0] < controller.steps_held()) & ~at[1].trial.done

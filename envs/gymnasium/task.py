@@ -27,7 +27,7 @@ from mjxwalk.envs.mujoco_law import step as mujoco_step
 from mjxwalk.envs.mujoco_law.forward import Forward, MujocoState
 from mjxwalk.envs.mujoco_law.plain import PlainModel
 from mjxwalk.envs.mujoco_law.settings import MujocoContact
-from mjxwalk.envs.trial import Trial, Trials, TrialState
+from mjxwalk.envs.trial import Trial, Trials, TrialState, noise_seeds
 
 FASTEST = 1e6  # m/s and rad/s; ours: beyond it a simulation has diverged
 GRAVITY = 9.81  # m/s^2
@@ -56,6 +56,8 @@ class GymnasiumTask(abc.ABC):
       forward_reward_weight: reward for a speed of 1 m/s along x.
       ctrl_cost_weight: cost of the sum of the squared controls.
       reset_noise_scale: of the noise at the start.
+      action_noise: standard deviation of normal noise on the actions of evolving walkers; those of
+        Gymnasium have none.
       integrator: what the "file" says, or another, such as "euler", which is four times as fast as
         "rk4".
       iterations: of the solver at most; None for what the file says.
@@ -72,6 +74,7 @@ class GymnasiumTask(abc.ABC):
     forward_reward_weight: float = 1.0
     ctrl_cost_weight: float
     reset_noise_scale: float
+    action_noise: float = 0.0
     max_steps: int = 1000
     integrator: Literal["file", "euler", "implicitfast", "rk4"] = "file"
     iterations: int | None = None
@@ -80,7 +83,7 @@ class GymnasiumTask(abc.ABC):
     def __post_init__(self) -> None:
         checks.count(self, "frame_skip", "max_steps")
         checks.finite(self, "forward_reward_weight", "ctrl_cost_weight")
-        checks.not_negative(self, "reset_noise_scale")
+        checks.not_negative(self, "reset_noise_scale", "action_noise")
         if self.integrator not in ("file", "euler", "implicitfast", "rk4"):
             raise ValueError(
                 'integrator must be "file", "euler", "implicitfast" or "rk4", got '
@@ -143,7 +146,9 @@ class GymnasiumTask(abc.ABC):
             rates = jax.random.normal(key_rates, (num, found.nv))
         else:
             rates = jax.random.uniform(key_rates, (num, found.nv), minval=-1.0, maxval=1.0)
-        return Trials(jnp.zeros((num, 1)), start=jnp.concatenate([places, rates], axis=1))
+        start = jnp.concatenate([places, rates], axis=1)
+        noise = noise_seeds(key, num, self.action_noise)
+        return Trials(jnp.zeros((num, 1)), start=start, noise=noise)
 
     @edge.takes_arrays
     def reset(self, given: Trial) -> TaskState:

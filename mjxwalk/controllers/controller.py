@@ -92,6 +92,10 @@ class Controller(abc.ABC):
         """Returns for how many steps of the physics an action is asked for: one."""
         return 1
 
+    def steps_per_action(self) -> int:
+        """Returns for how many steps of the physics an action stays the same."""
+        return self.steps_held()
+
     def held(self, memory: Any, /) -> Any:
         """Returns the memory after `act` and the steps for which that action was asked for."""
         return memory

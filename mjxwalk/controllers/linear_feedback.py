@@ -49,6 +49,10 @@ class LinearFeedback(Policy):
         """Returns 1: to weigh its inputs anew costs less than a loop that holds what they gave."""
         return 1
 
+    def steps_per_action(self) -> int:
+        """Returns for how many steps of the physics an action stays the same."""
+        return self.layout.every
+
     def wiring(self) -> Wiring:
         """Returns the motors, which read the senses and the clock."""
         return Wiring(ends(self.describe()), (Connection("weights", "senses", "motors"),))

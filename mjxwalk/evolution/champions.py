@@ -53,7 +53,7 @@ def choose(
         place = _best(experiment, evaluator, elites, key_choosing)
         genotype = jax.tree.map(lambda leaf: leaf[place], elites.genotypes)
         generation = int(elites.generation[place])
-    given = experiment.sample_trials(key_reporting, NUM_REPORTING)
+    given = _without_noise(experiment.sample_trials(key_reporting, NUM_REPORTING))
     alone = jax.tree.map(lambda leaf: np.asarray(leaf)[None], genotype)
     trials = evaluator.evaluate(alone, given)
     return Choice(
@@ -99,7 +99,7 @@ def _best(experiment: Evolvable, evaluator: TrialRunner, elites: Elites, key: PR
     def worth(outcome: Outcome) -> Any:
         return over_terrains(outcome.fitness if by_fitness else outcome.distance)
 
-    given = experiment.sample_trials(key, NUM_SCREENING + NUM_CHOOSING)
+    given = _without_noise(experiment.sample_trials(key, NUM_SCREENING + NUM_CHOOSING))
     screening, choosing = (
         given.take(part) for part in (slice(NUM_SCREENING), slice(NUM_SCREENING, None))
     )
@@ -111,6 +111,11 @@ def _best(experiment: Evolvable, evaluator: TrialRunner, elites: Elites, key: PR
     falls = np.zeros(NUM_FINALISTS) if by_fitness else np.sum(outcome.fell, axis=1)
     falls = np.where(first[finalists] > -np.inf, falls, NUM_CHOOSING + 1)
     return int(finalists[np.lexsort((-worth(outcome), falls))[0]])
+
+
+def _without_noise(trials: Any) -> Any:
+    """Returns trials in which walkers act as they mean to, as they do where they are tested."""
+    return trials if getattr(trials, "noise", None) is None else trials._replace(noise=None)
 
 
 def _counts_fitness(experiment: Any) -> bool:

@@ -60,7 +60,8 @@ class Experiment:
         strategy was in.
       ramp: ground whose roughness changes as walkers get better; None for the same in all.
       test_settings: settings of `env`, by their paths, that differ where tournaments and reports
-        test its walkers, such as {"terrain.roughness": 0.02}.
+        test its walkers, such as {"terrain.roughness": 0.02}. Their actions have no noise there,
+        unless it says so.
       pruning: removes links as the evolution goes on, and ends it when that has cost too much;
         None to keep them.
       rewiring: removes the weakest links and grows others; None to keep them.
@@ -132,6 +133,8 @@ class Experiment:
                 env = override(env, path, str(value))
             except RunError as error:
                 raise ValueError(f"test_settings: {error}") from None
+        if getattr(env, "action_noise", 0.0) and "action_noise" not in self.test_settings:
+            env = dataclasses.replace(env, action_noise=0.0)
         return env
 
     @property
@@ -240,9 +243,10 @@ class Experiment:
 
     def as_tested(self) -> "Experiment":
         """Returns the experiment as tournaments and reports test its walkers."""
+        env = self._tested_env()
         if not self.test_settings:
-            return self
-        return dataclasses.replace(self, env=self._tested_env(), test_settings={}, ramp=None)
+            return self if env is self.env else dataclasses.replace(self, env=env)
+        return dataclasses.replace(self, env=env, test_settings={}, ramp=None)
 
     def finer(self, factor: int) -> "Experiment":
         """Returns the experiment with its time step divided by a factor."""

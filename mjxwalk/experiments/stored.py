@@ -32,6 +32,7 @@ ADDED: dict[str, Any] = {
         "payload": BY_DEFAULT,
         "perturbation": 0.0,
         "acting": "torque",
+        "action_noise": 0.0,
     },
     "controller": {
         "activation": "tanh",

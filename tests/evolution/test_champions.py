@@ -1,5 +1,6 @@
 """Who is champion where fitness alone counts."""
 
+import dataclasses
 from typing import Any
 
 import jax
@@ -8,6 +9,7 @@ from cart import Cart
 
 from mjxwalk import evaluation
 from mjxwalk.controllers import LinearFeedback
+from mjxwalk.envs import trial
 from mjxwalk.evolution import Evolution, champions
 from mjxwalk.experiments.experiment import Experiment, StrategyChoice
 from mjxwalk.rollout import Outcome
@@ -28,9 +30,11 @@ class FarFromZeroIsWorse:
 
     def __init__(self, best: Any) -> None:
         self._best = best
+        self.noise: list[Any] = []
 
     def evaluate(self, population: Any, trials: Any, /) -> Outcome:
         """Returns outcomes [pop, trial]."""
+        self.noise.append(trials.noise)
         pairs = zip(jax.tree.leaves(population.weights), jax.tree.leaves(self._best), strict=True)
         off = np.zeros(len(population.weights.bias))
         for leaf, best in pairs:
@@ -68,3 +72,25 @@ def test_fittest_elite_is_champion_though_it_falls() -> None:
     chosen = champions.choose(EXPERIMENT, evaluator, state, jax.random.key(0))
     assert chosen.champion.generation == 1
     np.testing.assert_array_equal(chosen.genotype.weights.bias, first.weights.bias)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class NoisyCart(Cart):
+    """A cart that is not quite pushed as it means to be."""
+
+    action_noise: float = 0.1
+
+    def sample_trials(self, key: Any, num: int, roughness: float | None = None) -> Any:
+        """Returns trials with noise."""
+        trials = super().sample_trials(key, num, roughness)
+        return trials._replace(noise=trial.noise_seeds(key, num, self.action_noise))
+
+
+def test_champions_are_chosen_and_reported_without_noise_on_their_actions() -> None:
+    experiment = dataclasses.replace(EXPERIMENT, env=NoisyCart())
+    evolution = Evolution(experiment, evaluation.make_evaluator(experiment, "mjx"))
+    state, _ = evolution.advance(evolution.start(0))
+    weights = jax.tree.map(lambda leaf: leaf[0], state.population.weights)
+    evaluator = FarFromZeroIsWorse(weights)
+    champions.choose(experiment, evaluator, state, jax.random.key(0))
+    assert evaluator.noise == [None] * 3
