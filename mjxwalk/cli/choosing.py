@@ -63,8 +63,8 @@ def choose_run(asked: EvolveArguments) -> Chosen:
     experiment = _with_flags(asked, _scaled(_experiment(asked, task), asked.scale))
     if asked.strategy is not None:
         experiment = _with_strategy(asked.strategy, experiment)
-    for path, value in sorted(_assignments(asked), key=lambda each: each[0] != CONTACT_LAW):
-        experiment = _override(experiment, path, value)
+    given = sorted(_assignments(asked), key=lambda each: each[0] != CONTACT_LAW)
+    experiment = _with_settings(experiment, given)
     if asked.links is not None:
         experiment = override(experiment, "controller.links", _read_links(asked.links))
     if asked.source is not None and experiment.start == "zero":
@@ -136,6 +136,27 @@ def _experiment(asked: EvolveArguments, task: own_task.Task | None) -> Any:
         return experiments.get(chosen) if task is None else task.named(chosen)
     except ValueError as error:
         raise RunError(str(error)) from None
+
+
+def _with_settings(experiment: Any, settings: list[tuple[str, str]]) -> Any:
+    """Returns the experiment with settings; one that is refused waits until the others are in.
+
+    So their order does not count where one has to be at most another.
+
+    Raises:
+      RunError: one is refused with all others in.
+    """
+    while settings:
+        refused: dict[tuple[str, str], RunError] = {}
+        for path, value in settings:
+            try:
+                experiment = _override(experiment, path, value)
+            except RunError as error:
+                refused[path, value] = error
+        if len(refused) == len(settings):
+            raise next(iter(refused.values()))
+        settings = list(refused)
+    return experiment
 
 
 def _override(experiment: Any, path: str, value: str) -> Any:

@@ -254,3 +254,10 @@ def test_a_setting_of_a_controller_that_cannot_be_is_one_sentence(
     told = capsys.readouterr().err
     assert complaint in " ".join(told.split()) and told.count("known are") <= 1
     assert not (tmp_path / "run").exists()
+
+
+def test_settings_that_bound_each_other_are_taken_in_any_order() -> None:
+    pair = ("--set", "pruning.reference=2", "--set", "pruning.window=1")
+    for words in (pair, (*pair[2:], *pair[:2])):
+        pruning = chosen("--body", str(TOY), "--controller", "mlp", *words).experiment.pruning
+        assert (pruning.reference, pruning.window) == (2, 1)
