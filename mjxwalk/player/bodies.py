@@ -111,8 +111,8 @@ def describe(env: Any) -> Body:
     """
     if not isinstance(env, LeggedEnv):
         raise RunError(
-            f"a {type(env).__name__} has no anatomy to show; derive it from "
-            "mjxwalk.envs.LeggedEnv, or see how its runs went by `mjxwalk report RUN`"
+            f"a {type(env).__name__} has no anatomy to show; see how its runs went by `mjxwalk "
+            "report RUN`, or derive an environment of your own from mjxwalk.envs.LeggedEnv"
         )
     model, anatomy = env.model.mujoco, env.anatomy
     sides = body_sides(model, anatomy)

@@ -79,5 +79,5 @@ def test_ground_in_space_reaches_to_the_sides_of_the_way() -> None:
 
 def test_a_body_that_is_not_known_is_refused() -> None:
     given = dataclasses.replace(shown(PLANAR), experiment=toy.Toy())
-    with pytest.raises(RunError, match="a World has no anatomy to show; derive it from"):
+    with pytest.raises(RunError, match="a World has no anatomy to show; see how its runs went"):
         recording.perform(given, Take(seconds=1.0))
