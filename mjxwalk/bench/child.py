@@ -71,12 +71,12 @@ def _memory(body: str, size: str) -> dict[str, Any]:
         contenders.Engine(lanes.vmap, workload)(MEMORY_STEPS)
 
     walk(1)
-    before = _peak_bytes()
+    before = peak_bytes()
     walk(int(size))
-    return {"before": before, "after": _peak_bytes()}
+    return {"before": before, "after": peak_bytes()}
 
 
-def _peak_bytes() -> int:
+def peak_bytes() -> int:
     """Returns the most memory that this process has held."""
     status = Path("/proc/self/status")
     if status.exists():
