@@ -12,8 +12,8 @@ from mjxwalk.controllers import Mlp
 from mjxwalk.evaluation import evaluate
 from mjxwalk.strategies import from_evosax
 
-env = experiments.get("walk").env
-controller = Mlp(hidden=(16,)).on(env)
+env = experiments.get("planar-lpd+mlp").env
+controller = Mlp(hidden=(8,)).on(env)
 template = controller.template()
 algorithm = CR_FM_NES(population_size=64, solution=template)
 strategy = from_evosax(algorithm, algorithm.default_params.replace(std_init=0.03))

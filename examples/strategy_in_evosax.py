@@ -15,7 +15,8 @@ params = algorithm.default_params
 
 key, key_init = jax.random.split(jax.random.key(0))
 state = algorithm.init(key_init, solution, params)
+ask, tell = jax.jit(algorithm.ask), jax.jit(algorithm.tell)
 for key_ask, key_tell in jax.random.split(key, (100, 2)):
-    population, state = algorithm.ask(key_ask, state, params)
-    state, metrics = algorithm.tell(key_tell, population, (population**2).sum(1), state, params)
+    population, state = ask(key_ask, state, params)
+    state, metrics = tell(key_tell, population, (population**2).sum(1), state, params)
 print(f"smallest sum of squares {metrics['best_fitness']:.2e}")

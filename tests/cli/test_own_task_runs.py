@@ -83,7 +83,9 @@ def test_tools_work_or_say_what_they_need(capsys: pytest.CaptureFixture[str]) ->
     page = Path("run/report/report.html").read_text(encoding="utf-8")
     assert "mjxwalk evolve run/task.py:TASK --seed 7" in page and "env.mass=2.0" in page
     capsys.readouterr()
-    for command in (["watch", "run"], ["verify", "run"], ["export", "run", "--to", "onnx"]):
+    assert cli.main(["export", "run", "--to", "onnx"]) == 0
+    capsys.readouterr()
+    for command in (["watch", "run"], ["verify", "run"], ["export", "run", "--to", "sto"]):
         assert cli.main(command) == 2
         told = capsys.readouterr().err
         assert "Hopper" in told and "LeggedEnv" in told and told.count("\n") == 1

@@ -207,5 +207,5 @@ def test_the_command_tells_how_many_walkers_there_were(
     assert main(["evolve", "toy", *sigma, *grown, "--out", "a"]) == 0
     said = capsys.readouterr().out
     assert "4 walkers and as many more, at most 16, until they have done 1,000 steps" in said
-    assert "generation 6/6: walkers 8, distance" in said
+    assert "generation 6/6: walkers 8, fitness" in said
     assert runs.load("a").metrics["strategy.num_evaluated"].tolist() == [8] * 6

@@ -251,6 +251,7 @@ def test_the_champion_is_chosen_on_other_terrains_than_it_is_reported_on() -> No
         speed_m_s=0.25,
         cost_of_transport=0.2,  # 1 J a trial, 10 N, 0.5 m
         terrains=10,
+        fitness=0.5,
     )
 
 
