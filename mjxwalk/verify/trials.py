@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from mjxwalk.envs import TRIAL_AXES, Anatomy, LeggedEnv, Trials
+from mjxwalk.envs import TRIAL_AXES, Anatomy, LeggedEnv, Trials, targets
 from mjxwalk.rollout import Controller, Outcome
 from mjxwalk.verify import laws
 from mjxwalk.verify.mj_step import MjStep
@@ -38,10 +38,10 @@ def run(env: LeggedEnv, controller: Controller, genotype: Any, trials: Trials) -
     reference = _kind(env)(env, starts.qpos, starts.qvel, trials)
     reference.stretch[:] = np.reshape(starts.stretch, reference.stretch.shape)
     rules = Rules(reference, starts.touching, starts.ankle_x)
-    senses = Senses(reference.anatomy, like)
+    senses, moved = Senses(reference.anatomy, like), _moved(env)
     with jax.enable_x64(True), jax.default_device(jax.devices("cpu")[0]):
         double: Any = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), genotype)
-        act = _acting(controller, double, reference.anatomy)
+        act = _acting(controller, double, moved)
         memory = _repeated(jax.jit(controller.init)(double), trials.num)
         walking = np.ones(trials.num, bool)
         while walking.any():
@@ -66,6 +66,17 @@ def run(env: LeggedEnv, controller: Controller, genotype: Any, trials: Trials) -
 def _kind(env: LeggedEnv) -> type[Reference]:
     """Returns what steps a body in C MuJoCo: MuJoCo itself, under its own contact law."""
     return MjStep if getattr(env, "contact_law", "points") == "mujoco" else Reference
+
+
+def _moved(env: LeggedEnv) -> Anatomy:
+    """Returns the anatomy whose motors say what numbers from -1 to 1 ask for.
+
+    Where a policy gives targets to one of our bodies, these are others than the body has.
+    """
+    gives_targets = getattr(env, "acting", "torque") == "target"
+    if gives_targets and env.anatomy.motors[0].law == "torque":
+        return targets.holding(env)
+    return env.anatomy
 
 
 def _acting(controller: Controller, genotype: Any, anatomy: Anatomy) -> Callable[..., Any]:

@@ -12,11 +12,14 @@ import pytest
 import toy
 from verify.stepped import shorter
 
-from mjxwalk import cli
+from mjxwalk import cli, experiments
 from mjxwalk.cli.verify import DISAGREES
+from mjxwalk.controllers.normalisation import Normalised
 from mjxwalk.rollout import Outcome
+from mjxwalk.settings import override
 from mjxwalk.verify import agreement, comparing, trials
 from mjxwalk.verify.agreement import Agreement
+from mjxwalk.walker import Walker
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +41,25 @@ def check_alike(found: Agreement) -> None:
 
 def test_the_planar_walker_walks_alike_in_c_mujoco(planar: Agreement) -> None:
     check_alike(planar)
+
+
+@pytest.mark.parametrize("acting", ["target", "torque"])
+def test_a_policy_moves_our_body_alike_in_c_mujoco(acting: str) -> None:
+    experiment = override(experiments.get("planar-lpd+mlp"), "controller.normalise", "true")
+    experiment = override(experiment, "env.acting", acting)
+    template, draws = experiment.template(), np.random.default_rng(0)
+    senses = jax.tree.map(lambda leaf: draws.uniform(0.5, 1.0, leaf.shape), template.senses)
+    weights = jax.tree.map(
+        lambda leaf: leaf + 0.05 * draws.normal(size=leaf.shape), template.weights
+    )
+    genotype: Any = jax.tree.map(np.float32, Normalised(weights, senses))
+    walker = Walker(
+        name="a", rank="champion", experiment=experiment, genotype=genotype, generation=1
+    )
+    found = comparing.verify(walker, engine="mjx", terrains=3, seed=1, say=print)
+    # It falls within a second, in which float32 stays within a millimetre.
+    np.testing.assert_allclose(found.engine.distance_m, found.reference.distance_m, atol=1e-3)
+    np.testing.assert_allclose(found.engine.duration_s, found.reference.duration_s, atol=2e-3)
 
 
 @pytest.mark.slow
