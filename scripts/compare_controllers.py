@@ -14,7 +14,7 @@ import numpy as np
 from mjxwalk import cli, outputs, walkers
 from mjxwalk.analysis import style
 from mjxwalk.errors import RunError, near
-from mjxwalk.runs import result
+from mjxwalk.runs import files, result
 
 # Goal, effort and ends of planar-lpd, for experiments that have others; 256,000 trials at most.
 SAME = (
@@ -100,7 +100,7 @@ class CompareControllers:
             for name in self.contenders
         }
         shown = table(rows)
-        (self.out / "table.md").write_text(shown)
+        files.replace(self.out, "table.md", shown.encode())
         outputs.write_figure(self.out / "controllers.png", draw(rows))
         print(shown, end="")
         print(f"{self.out / 'table.md'}\n{self.out / 'controllers.png'}")

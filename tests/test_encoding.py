@@ -19,7 +19,9 @@ def lacking(tree: ast.AST) -> Iterator[int]:
         modes = [each.value for each in node.args if isinstance(each, ast.Constant)]
         owner = getattr(getattr(node.func, "value", None), "id", "")
         # `outputs` writes UTF-8 always.
-        is_text = called in TEXT and owner != "outputs" or "text" in named
+        # Processes have text=True; other functions have a text among their arguments.
+        is_text = getattr(named.get("text"), "value", False) is True
+        is_text |= called in TEXT and owner != "outputs"
         is_text |= called == "TextIOWrapper"
         if called == "open" and isinstance(node.func, ast.Name):
             is_text = not any("b" in str(mode) for mode in modes)
@@ -39,3 +41,4 @@ def test_every_text_has_its_encoding_named() -> None:
 
 def test_a_text_without_encoding_is_found() -> None:
     assert list(lacking(ast.parse('path.read_text()\nopen("a")\nopen("a", "rb")'))) == [1, 2]
+    assert list(lacking(ast.parse("run(words, text=True)\nTask(text=text)"))) == [1]
