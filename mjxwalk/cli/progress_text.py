@@ -130,16 +130,21 @@ def closing(path: Path, config: Config, result: Result) -> list[str]:
         f"{champion.terrains} new trials",
         f"in {path}",
         f"next: {shell.command('report', path)}",
-        f"      {shell.command(_next(config.experiment), path)}",
+        *(f"      {shell.command(name, path)}" for name in _next(config.experiment)),
     ]
 
 
-def _next(experiment: Any) -> str:
-    """Returns the command that shows how a champion walks, or whether Gymnasium agrees."""
+def _next(experiment: Any) -> list[str]:
+    """Returns the command that shows how a champion walks, or whether Gymnasium agrees, if any."""
     from mjxwalk.envs.gymnasium import GymnasiumTask
+    from mjxwalk.experiments.experiment import Experiment
 
-    is_gymnasiums = isinstance(getattr(experiment, "env", None), GymnasiumTask)
-    return "verify" if is_gymnasiums else "watch"
+    env = getattr(experiment, "env", None)
+    if isinstance(env, GymnasiumTask):
+        return ["verify"]
+    if isinstance(experiment, Experiment) and not hasattr(env, "anatomy"):
+        return []  # nothing is known of a body to show
+    return ["watch"]
 
 
 def worth(champion: Champion) -> str:

@@ -7,12 +7,14 @@ from pathlib import Path
 import msgspec
 import pytest
 import toy
+from cart import Cart
 from rich.console import Console
 
 from mjxwalk import experiments
 from mjxwalk.cli.progress import PlainProgress
 from mjxwalk.cli.progress_live import LiveProgress
 from mjxwalk.cli.progress_text import Clock, closing, count, duration, figures, opening
+from mjxwalk.controllers import LinearFeedback
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs import Champion, Metrics, Result
 from mjxwalk.runs.config import Origin
@@ -114,6 +116,12 @@ def test_the_end_of_a_gymnasium_task_points_to_verify_as_no_page_shows_it() -> N
     settings = Config(experiment=experiments.get("gymnasium/Hopper-v5"))
     assert closing(Path("a"), settings, RESULT)[-1] == "      mjxwalk verify a"
     assert closing(Path("a"), CONFIG, RESULT)[-1] == "      mjxwalk watch a"
+
+
+def test_the_end_of_a_task_without_a_body_names_no_page() -> None:
+    usual = experiments.get("planar-lpd")
+    task = dataclasses.replace(usual, name="cart", env=Cart(), controller=LinearFeedback())
+    assert closing(Path("a"), Config(experiment=task), RESULT)[-1] == "next: mjxwalk report a"
 
 
 def test_off_a_terminal_there_is_a_line_for_each_second_and_the_last_generation(
