@@ -185,7 +185,7 @@ def table(rows: Mapping[str, list[Row]]) -> str:
 
 
 def draw(rows: Mapping[str, list[Row]]) -> Any:
-    """Returns a figure: how many have reached the goal after so many steps, and who falls when."""
+    """Returns a figure of the seeds at the goal over the steps, and of the falls by condition."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7, 6.5), layout="constrained")

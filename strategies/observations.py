@@ -6,8 +6,9 @@ observation minus the mean of all since the start, over their standard deviation
 parts are merged as by Chan, Golub & LeVeque (1983), "Algorithms for computing the sample variance",
 The American Statistician 37(3):242-247, doi 10.1080/00031305.1983.10483115.
 
-The rollouts have to gather them, which those of our experiments do not. A rollout keeps
-`Statistics` in its carry and `add`s to it; `merge_all` over a population is what `tell` takes.
+This is for loops and rollouts of your own; experiments gather theirs with `controller.normalise`,
+see `mjxwalk.controllers.normalisation`. A rollout keeps `Statistics` in its carry and `add`s to it;
+`merge_all` over a population is what `tell` takes.
 """
 
 import dataclasses

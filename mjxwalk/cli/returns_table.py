@@ -1,5 +1,6 @@
 """Returns of a policy's episodes in words."""
 
+from mjxwalk.cli.verify_table import print_rows
 from mjxwalk.tournament.remarks import percent
 from mjxwalk.verify.returns import LEAST_P, Played, Returns
 
@@ -8,11 +9,7 @@ COLUMNS = ("", "mean return", "deviation", "median", "quartiles", "terminated", 
 
 def show(played: Played) -> None:
     """Prints what a policy earns by an engine and in Gymnasium's own environment."""
-    rows = [COLUMNS, _row(played.engine), _row(played.reference)]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=True)]
-        print("  " + "  ".join(cells).rstrip())
+    print_rows([COLUMNS, _row(played.engine), _row(played.reference)])
     print(conclusion(played))
 
 

@@ -8,12 +8,16 @@ COLUMNS = ("", "distance (m)", "falls", "cost of transport")
 
 def show(agreement: Agreement) -> None:
     """Prints how an engine and C MuJoCo agree."""
-    rows = [COLUMNS, _row(agreement.engine), _row(agreement.reference)]
+    print_rows([COLUMNS, _row(agreement.engine), _row(agreement.reference)])
+    print(conclusion(agreement))
+
+
+def print_rows(rows: list[tuple[str, ...]]) -> None:
+    """Prints rows of as many cells each in columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=True)]
         print("  " + "  ".join(cells).rstrip())
-    print(conclusion(agreement))
 
 
 def conclusion(agreement: Agreement) -> str:
