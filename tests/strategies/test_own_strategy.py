@@ -1,7 +1,6 @@
 """A strategy of one's own, in one file: it is registered, and experiments evolve by its name."""
 
 import dataclasses
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import jax
@@ -13,7 +12,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 from mjxwalk import experiments, strategies
 from mjxwalk.envs import Trials
 from mjxwalk.experiments.experiment import StrategyChoice
-from mjxwalk.strategies import FitnessMetrics, Genotype, Strategy, registry, vectors
+from mjxwalk.strategies import FitnessMetrics, Genotype, Strategy, vectors
 
 NAME = "hill-climber"
 
@@ -49,11 +48,9 @@ def hill_climber(
 
 
 @pytest.fixture(autouse=True)
-def registered() -> Iterator[None]:
+def _registered() -> None:
     """Registers the strategy for each test of this file alone."""
     strategies.register(NAME, hill_climber)
-    yield
-    del registry._factories[NAME]  # pyright: ignore[reportPrivateUsage]
 
 
 def test_an_experiment_makes_it_by_name_and_its_controller_s_mask_holds():
