@@ -4,9 +4,11 @@ import dataclasses
 from collections.abc import Sequence
 
 from mjxwalk.engines.lanes.backend import operations
+from mjxwalk.engines.lanes.backend.arrays import Arrays
 from mjxwalk.engines.lanes.backend.gathers import Gathers, Neighbours, neighbours
 from mjxwalk.engines.lanes.backend.values import Values
 from mjxwalk.engines.lanes.backend.writer import Writer
+from mjxwalk.engines.lanes.ir.arrays import IN_MEMORY
 from mjxwalk.engines.lanes.ir.graph import Graph
 from mjxwalk.engines.lanes.ir.program import RotatedLoop, Step
 
@@ -19,6 +21,7 @@ class Blocks:
     writer: Writer
     values: Values
     gathers: Gathers
+    arrays: Arrays
 
     def run(self, steps: Sequence[Step], live: str) -> None:
         """Computes steps; inner loops run for the lanes whose bit is set in `live`."""
@@ -41,6 +44,9 @@ class Blocks:
             return  # fetched where it is used
         if node_id in self.values:
             return  # its neighbour in a table brought it along
+        if node.op == "element" or node.op in IN_MEMORY:
+            self.arrays.compute(node_id)
+            return
         if node.op in ("load", "lookup"):
             self.gathers.load(node_id, pairs)
             return

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from mjxwalk.engines.lanes.ir.arrays import IN_MEMORY, View
 from mjxwalk.engines.lanes.ir.graph import Node
 from mjxwalk.engines.lanes.ir.program import Program, RotatedLoop, Step
 
@@ -91,17 +92,46 @@ class _Arrays:
     def compute(self, node: Node) -> jax.Array:
         """Returns what a node is for all walkers."""
         args = [self.value(arg) for arg in node.args]
+        if node.op in IN_MEMORY:
+            return self.array(node, args)
+        if node.op == "element":
+            return args[0][node.data]
         if any(np.ndim(arg) for arg in args):
             args = [self.spread(arg) for arg in args]
-        if node.op == "convert":
-            return lax.convert_element_type(args[0], np.dtype(node.dtype))
-        if node.op == "bitcast":
-            return lax.bitcast_convert_type(args[0], np.dtype(node.dtype))
         if node.op == "lookup":
             return _read(jnp.asarray(self.graph.tables[node.data]), args[0])
         if node.op == "load":
             return self.load(node.data, args[0])
-        return OPERATIONS[node.op](*args)
+        return _apply(node.op, node.dtype, args)
+
+    def array(self, node: Node, args: Sequence[Any]) -> jax.Array:
+        """Returns the numbers of an array for all walkers, [number, walker]."""
+        if node.op == "array":
+            return jnp.stack([self.spread(arg) for arg in args])
+        shape: tuple[int, ...] = node.data.shape
+        if node.op == "product":
+            rows, columns, terms = shape
+            left = self.viewed(node.data.left, (rows, terms), args)
+            right = self.viewed(node.data.right, (columns, terms), args)
+            made = jnp.einsum("ikw,jkw->ijw", left, right)
+        else:
+            reads = (self.viewed(view, shape, args) for view in node.data.operands)
+            made = _apply(node.data.op, node.dtype, list(reads))
+        return made.reshape(-1, self.size)
+
+    def viewed(self, view: View, shape: tuple[int, ...], args: Sequence[Any]) -> jax.Array:
+        """Returns the numbers that a view reads, [index..., walker]."""
+        if view.kind == "value":
+            return jnp.broadcast_to(args[int(view.source)], (*shape, self.size))
+        axes = np.indices(shape)
+        places = view.first + sum(s * axis for s, axis in zip(view.strides, axes, strict=True))
+        if view.kind == "table":
+            found = jnp.asarray(self.graph.tables[str(view.source)])[places]
+        elif view.kind == "input":
+            found = self.inputs[int(view.source)][places]
+        else:
+            return args[int(view.source)][places]
+        return jnp.broadcast_to(found.reshape(*shape, -1), (*shape, self.size))
 
     def load(self, argument: int, index: jax.Array) -> jax.Array:
         """Returns the number at a computed place of an argument, a walker's own or shared."""
@@ -140,12 +170,21 @@ class _Arrays:
         """Returns what a loop reads from outside, the arrays of one type as rows of one."""
         kinds: dict[str, list[int]] = {}
         for node in sorted(loop.external_inputs):
-            if node in self.values and self.values[node].ndim:
+            if node in self.values and self.values[node].ndim == 1:
                 kinds.setdefault(self.values[node].dtype.name, []).append(node)
         return [(nodes, jnp.stack([self.values[n] for n in nodes])) for nodes in kinds.values()]
 
     def _unpacked(self, packed: list[tuple[list[int], jax.Array]]) -> dict[int, jax.Array]:
         return {node: rows[n] for nodes, rows in packed for n, node in enumerate(nodes)}
+
+
+def _apply(op: str, dtype: str, args: Sequence[Any]) -> jax.Array:
+    """Returns a scalar operation on arrays of one shape."""
+    if op == "convert":
+        return lax.convert_element_type(args[0], np.dtype(dtype))
+    if op == "bitcast":
+        return lax.bitcast_convert_type(args[0], np.dtype(dtype))
+    return OPERATIONS[op](*args)
 
 
 def _read(array: jax.Array, index: jax.Array) -> jax.Array:

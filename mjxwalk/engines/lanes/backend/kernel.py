@@ -15,6 +15,9 @@ for all lanes there, which changes nothing for those that run: it depends on the
 import dataclasses
 from collections.abc import Sequence
 
+import numpy as np
+
+from mjxwalk.engines.lanes.backend.arrays import Arrays
 from mjxwalk.engines.lanes.backend.blocks import Blocks
 from mjxwalk.engines.lanes.backend.gathers import Gathers
 from mjxwalk.engines.lanes.backend.target import Target
@@ -66,6 +69,7 @@ def emit_kernel(
 
 def _table(name: str, array: Array) -> str:
     kind = memory_type(array.dtype.name)
+    array = array.astype(np.uint8) if array.dtype == np.bool_ else array
     numbers = ", ".join(f"{kind} {literal(n)}" for n in array)
     return f"@{name} = private unnamed_addr constant [{array.size} x {kind}] [{numbers}], align 64"
 
@@ -121,7 +125,8 @@ class _Emitter:
         gathers = Gathers(
             graph, arguments, self.writer, self.workspace, self.values, self.layout.walkers
         )
-        self.blocks = Blocks(graph, self.writer, self.values, gathers)
+        arrays = Arrays(graph, self.writer, self.workspace, self.values, self.layout)
+        self.blocks = Blocks(graph, self.writer, self.values, gathers, arrays)
         self.transfer = Transfer(arguments, results, self.writer, self.workspace, self.layout)
         self._num_arrays = {"inputs": len(arguments), "outputs": len(results)}
 

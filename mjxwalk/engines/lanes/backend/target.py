@@ -19,3 +19,8 @@ class Target:
     cpu: str
     features: str
     estimates: bool
+
+    @property
+    def registers(self) -> int:
+        """How many vectors fit registers."""
+        return 32 if self.width == 16 or self.processor.startswith(("aarch64", "arm64")) else 16

@@ -7,6 +7,7 @@ import numpy as np
 
 from mjxwalk.engines.lanes.backend.types import memory_type
 from mjxwalk.engines.lanes.backend.writer import Writer
+from mjxwalk.engines.lanes.ir import arrays
 from mjxwalk.engines.lanes.ir.graph import LoopId, carried
 from mjxwalk.engines.lanes.ir.program import Program, RotatedLoop, Step, needs_of
 from mjxwalk.engines.lanes.ir.signature import Argument, Result
@@ -32,6 +33,7 @@ class Layout:
       inputs, outputs: the same as spans.
       carries: each carry of the program's loop, by its place.
       kept: nodes that the prologue computes and that a later block reads.
+      areas: of each array.
     """
 
     def __init__(
@@ -49,6 +51,7 @@ class Layout:
         self.slots: dict[tuple[int, int], int] = {}
         self.inputs = self._lay_inputs(arguments)
         self.carries = self._lay_carries()
+        self.areas = self._lay_areas()
         self.kept = self._lay_kept()
         self.outputs = self._lay_outputs(results)
 
@@ -69,6 +72,11 @@ class Layout:
     def _lay_inputs(self, arguments: Sequence[Argument]) -> list[Span]:
         """Gives every input number that is used a vector; neighbours become one span."""
         used = {node.data for node in self._graph.nodes if node.op == "input"}
+        for node in self._graph.nodes:
+            for view in arrays.views(node):
+                if view.kind == "input":  # all of it, so that its numbers are next to each other
+                    argument = int(view.source)
+                    used |= {(argument, place) for place in range(arguments[argument].size)}
         spans: list[Span] = []
         for array, place in sorted(used):
             dtype = arguments[array].dtype
@@ -87,6 +95,14 @@ class Layout:
         initial = loop.initial.items() if loop else ()
         return {place: self._reserve(self._graph.dtype(node)) for place, node in initial}
 
+    def _lay_areas(self) -> dict[int, int]:
+        areas: dict[int, int] = {}
+        for node_id, node in enumerate(self._graph.nodes):
+            if node.op in arrays.IN_MEMORY:
+                offsets = [self._reserve(node.dtype) for _ in range(arrays.num_elements(node))]
+                areas[node_id] = offsets[0]
+        return areas
+
     def _lay_kept(self) -> dict[int, int]:
         program = self._program
         if program.loop is None:
@@ -100,7 +116,7 @@ class Layout:
             node = self._graph.nodes[node_id]
             if node.op == "result":
                 return carried(node)[0] in loops
-            return node.op != "input" and node_id in nodes
+            return node.op != "input" and node_id in nodes and node_id not in self.areas
 
         return {n: self._reserve(self._graph.dtype(n)) for n in sorted(later) if is_early(n)}
 
@@ -143,10 +159,8 @@ class Workspace:
 
     def write(self, offset: int, dtype: str, value: str) -> None:
         """Stores a vector in the workspace."""
-        w, kind = self.writer, self._kind(dtype)
-        if dtype == "bool":
-            value = w.let(f"zext {w.vector('bool')} {value} to {kind}")
-        w.do(f"store {kind} {value}, ptr {self.pointer(offset)}, {self._align(dtype)}")
+        stored, kind = to_memory(self.writer, value, dtype), self._kind(dtype)
+        self.writer.do(f"store {kind} {stored}, ptr {self.pointer(offset)}, {self._align(dtype)}")
 
     def _kind(self, dtype: str) -> str:
         return f"<{self.writer.width} x {memory_type(dtype)}>"
@@ -165,3 +179,10 @@ def from_memory(writer: Writer, value: str, dtype: str) -> str:
     if dtype != "bool":
         return value
     return writer.let(f"trunc <{writer.width} x i8> {value} to {writer.vector('bool')}")
+
+
+def to_memory(writer: Writer, value: str, dtype: str) -> str:
+    """Returns a vector as it is stored, a boolean as bytes."""
+    if dtype != "bool":
+        return value
+    return writer.let(f"zext {writer.vector('bool')} {value} to <{writer.width} x i8>")

@@ -1,6 +1,6 @@
 """The text of one LLVM function, instruction by instruction; every value is a vector of lanes."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -130,11 +130,44 @@ class Writer:
 
     def repeat(self, count: int, body: Callable[[str], None]) -> None:
         """Runs `body(number)` for every number below the count, which is at least 1."""
-        before, top, end = self.block, self.fresh("copy"), self.fresh("copied")
+
+        def step(number: str, values: Sequence[str]) -> Sequence[str]:
+            body(number)
+            return values
+
+        self.accumulate(count, "", (), step)
+
+    def accumulate(
+        self,
+        count: int,
+        kind: str,
+        start: Sequence[str],
+        body: Callable[[str, Sequence[str]], Sequence[str]],
+    ) -> list[str]:
+        """Returns what values of one type become by `body(number, values)` for every number."""
+        before, top, end = self.block, self.fresh("each"), self.fresh("all")
+        bottom, number = f"{top}.end", f"%{top}.n"
+        names = [f"%{top}.v{place}" for place in range(len(start))]
         self.go(top)
         self.label(top)
-        self.do(f"%{top}.n = phi i64 [0, %{before}], [%{top}.more, %{top}]")
-        body(f"%{top}.n")
-        self.do(f"%{top}.more = add i64 %{top}.n, 1")
-        self.branch(self.let(f"icmp ult i64 %{top}.more, {count}"), top, end)
+        first = len(self.lines)
+        following = body(number, names)
+        self.go(bottom)
+        self.label(bottom)
+        more = self.let(f"add i64 {number}, 1")
+        carried = [("i64", number, "0", more)]
+        carried += [(kind, *each) for each in zip(names, start, following, strict=True)]
+        self.lines[first:first] = [
+            f"  {name} = phi {kind} [{value}, %{before}], [{then}, %{bottom}]"
+            for kind, name, value, then in carried
+        ]
+        self.branch(self.let(f"icmp ult i64 {more}, {count}"), top, end)
         self.label(end)
+        return list(following)
+
+    def spread(self, value: str, dtype: str) -> str:
+        """Returns a scalar in all lanes."""
+        vector = self.vector(dtype)
+        first = self.let(f"insertelement {vector} poison, {scalar_type(dtype)} {value}, i64 0")
+        mask = f"<{self.width} x i32> zeroinitializer"
+        return self.let(f"shufflevector {vector} {first}, {vector} poison, {mask}")

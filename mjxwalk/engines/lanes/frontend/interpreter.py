@@ -14,13 +14,11 @@ from typing import Any
 import numpy as np
 
 from mjxwalk.engines.lanes.errors import CannotCompileError
+from mjxwalk.engines.lanes.frontend import memory
+from mjxwalk.engines.lanes.frontend.memory import ARGUMENT
 from mjxwalk.engines.lanes.ir.graph import OUTSIDE, Array, Graph, LoopId
 from mjxwalk.engines.lanes.ir.semantics import evaluate
 from mjxwalk.engines.lanes.ir.simplify import simplifying
-
-# Elements of inputs are numbered from here: argument * ARGUMENT + place, so that a table of a
-# million entries costs no nodes, and rows of it are recognised by their consecutive numbers.
-ARGUMENT = 1 << 40
 
 NUMBERS = tuple("bool int8 int16 int32 int64 uint8 uint16 uint32 uint64 float32 float64".split())
 
@@ -167,12 +165,7 @@ class Interpreter:
         ids = value.array
         if ids.size == 0 or int(ids.max()) < ARGUMENT:
             return ids
-        flat = [
-            self.graph.add("input", value.dtype, (), divmod(number - ARGUMENT, ARGUMENT))
-            if number >= ARGUMENT
-            else number
-            for number in ids.ravel().tolist()
-        ]
+        flat = [memory.node(self.graph, number, value.dtype) for number in ids.ravel().tolist()]
         return np.array(flat, np.int64).reshape(ids.shape)
 
     def folded(self, ids: Array, dtype: str) -> Value:
@@ -186,12 +179,24 @@ class Interpreter:
         """Returns a scalar operation applied element by element; scalars stretch."""
         if all(isinstance(value, Known) for value in values):
             return Known(evaluate(op, dtype, *(value.array for value in values)))
+        stays = self._in_memory(op, dtype, values)
+        if stays is not None:
+            return Nodes(stays, dtype)
         ids = np.broadcast_arrays(*map(self.nodes, values))
         make = self.build.make
         flat = [
             make(op, dtype, args) for args in zip(*(i.ravel().tolist() for i in ids), strict=True)
         ]
         return Nodes(np.array(flat, np.int64).reshape(ids[0].shape), dtype)
+
+    def _in_memory(self, op: str, dtype: str, values: Sequence[Value]) -> Array | None:
+        """Returns the ids of an operation on arrays that a loop computed, None of any other."""
+        graph = self.graph
+        if not any(isinstance(v, Nodes) and memory.is_array(graph, v.array) for v in values):
+            return None
+        ids = (v.array if isinstance(v, Nodes) else self.nodes(v) for v in values)
+        dtypes = [value.dtype for value in values]
+        return memory.elementwise(graph, op, dtype, np.broadcast_arrays(*ids), dtypes)
 
     def move(self, mover: Callable[..., Array], *values: Value) -> Value:
         """Returns what numpy makes of arrays whose numbers are only moved, never computed with."""

@@ -7,6 +7,7 @@ ends. What depends on no step of it is the prologue, what depends on its results
 import dataclasses
 from collections.abc import Iterable
 
+from mjxwalk.engines.lanes.ir.arrays import cost
 from mjxwalk.engines.lanes.ir.graph import Graph, LoopId
 
 
@@ -55,7 +56,7 @@ class Program:
     @property
     def num_operations(self) -> int:
         """How many scalar operations a step of the loop takes, or all of it without a loop."""
-        return size(self.loop.body if self.loop else self.epilogue)
+        return size(self.graph, self.loop.body if self.loop else self.epilogue)
 
 
 def needs_of(graph: Graph, step: Step) -> Iterable[int]:
@@ -63,6 +64,9 @@ def needs_of(graph: Graph, step: Step) -> Iterable[int]:
     return step.external_inputs if isinstance(step, RotatedLoop) else graph.nodes[step].args
 
 
-def size(steps: Iterable[Step]) -> int:
+def size(graph: Graph, steps: Iterable[Step]) -> int:
     """Returns how many scalar operations some steps take, a step of each loop within them."""
-    return sum(size(step.body) if isinstance(step, RotatedLoop) else 1 for step in steps)
+    return sum(
+        size(graph, step.body) if isinstance(step, RotatedLoop) else cost(graph, step)
+        for step in steps
+    )

@@ -122,7 +122,7 @@ class _Scheduler:
             return Program(
                 graph=graph, outputs=self.outputs, prologue=(), loop=None, epilogue=steps
             )
-        main = max(outermost, key=lambda n: size(self.loop(n).body))
+        main = max(outermost, key=lambda n: size(graph, self.loop(n).body))
         loop = self.loop(main)
         results = {n for n in self.live if self.graph.nodes[n].op == "result"
                    and carried(self.graph.nodes[n])[0] == main}  # fmt: skip

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mjxwalk.engines.lanes.frontend import memory
 from mjxwalk.engines.lanes.frontend.interpreter import (
     Handler,
     Interpreter,
@@ -20,6 +21,9 @@ from mjxwalk.engines.lanes.ir.semantics import is_float
 def _dot_general(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     (contract_x, contract_y), (batch_x, batch_y) = p["dimension_numbers"]
     dtype = np.dtype(p["preferred_element_type"] or inputs[0].dtype).name
+    kept = _in_memory(t, p, inputs, dtype)
+    if kept is not None:
+        return [kept]
     sides: list[tuple[Array, tuple[int, ...]]] = []
     for value, contracted, batch in (
         (inputs[0], contract_x, batch_x),
@@ -41,6 +45,25 @@ def _dot_general(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         for column in columns
     ]
     return [t.folded(np.array(sums, np.int64).reshape(batches + free_x + free_y), dtype)]
+
+
+def _in_memory(t: Interpreter, p: Params, inputs: list[Value], dtype: str) -> Value | None:
+    """Returns the product of a large matrix that is in memory, which a loop computes, else None."""
+    contracted, batch = p["dimension_numbers"]
+    if batch[0] or any(len(axes) != 1 for axes in contracted):
+        return None
+    if not is_float(dtype) or any(v.dtype != dtype or not isinstance(v, Nodes) for v in inputs):
+        return None
+    sides = [
+        np.moveaxis(value.array, axis, -1)
+        for value, (axis,) in zip(inputs, contracted, strict=True)
+    ]
+    terms = sides[0].shape[-1]
+    left, right = (side.reshape(-1, terms) for side in sides)
+    ids = memory.matrix_product(t.graph, left, right, dtype)
+    if ids is None:
+        return None
+    return Nodes(ids.reshape(sides[0].shape[:-1] + sides[1].shape[:-1]), dtype)
 
 
 def _product(t: Interpreter, row: list[int], column: list[int], dtype: str) -> int:
