@@ -1,6 +1,7 @@
 """How a run gets on, in a terminal or, off one, in plain lines."""
 
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from mjxwalk.progress import Progress
 from mjxwalk.runs import Metrics, Result
 
 LINE_INTERVAL = 1.0  # s between plain lines: generations may take milliseconds
+PATIENCE = 2.0  # s of compiling before it is said
 
 
 def make_progress() -> Progress:
@@ -31,6 +33,7 @@ class PlainProgress:
         self._shown_at = -LINE_INTERVAL
         self._total = 0
         self._experiment: Any = None
+        self._waiting: threading.Timer | None = None
 
     def start(self, path: Path, config: Config, evaluator: Any) -> None:
         """Prints the experiment and the engine."""
@@ -39,9 +42,14 @@ class PlainProgress:
         self._experiment = config.experiment
         for line in opening(path, config, evaluator):
             self.say(line)
+        text = "compiling and evaluating the first generation ..."
+        self._waiting = threading.Timer(PATIENCE, self.say, [text])
+        self._waiting.daemon = True
+        self._waiting.start()
 
     def generation(self, line: Metrics) -> None:
         """Prints the generation if it is time to."""
+        self.close()
         self._clock.tick(line)
         if line.compile_s > 0:
             self.say(f"compiled in {line.compile_s:.1f} s")
@@ -58,7 +66,9 @@ class PlainProgress:
         terminal.say(text)
 
     def close(self) -> None:
-        """Does nothing: lines are final."""
+        """Waits for nothing more; lines are final."""
+        if self._waiting is not None:
+            self._waiting.cancel()
 
     def finish(self, path: Path, config: Config, result: Result) -> None:
         """Prints the closing lines."""

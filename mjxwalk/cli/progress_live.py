@@ -1,5 +1,6 @@
 """The display of a run on a terminal."""
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,17 @@ from mjxwalk import terminal
 from mjxwalk.cli.progress_text import Clock, closing, duration, figures, opening
 from mjxwalk.experiments.run_config import Config
 from mjxwalk.runs import Metrics, Result
+
+
+class Waiting:
+    """What is shown before the first generation; the seconds tell that it goes on."""
+
+    def __init__(self) -> None:
+        self._since = time.monotonic()
+
+    def __rich__(self) -> Text:
+        seconds = f"{time.monotonic() - self._since:.0f} s"
+        return Text(f"compiling and evaluating the first generation ... {seconds}", style="dim")
 
 
 class LiveProgress:
@@ -35,8 +47,7 @@ class LiveProgress:
         self._console.print(terminal.visible(first), style="bold", markup=False, soft_wrap=True)
         for line in rest:
             self.say(line)
-        waiting = Text("compiling and evaluating the first generation ...", style="dim")
-        self._live = Live(waiting, console=self._console, refresh_per_second=4)
+        self._live = Live(Waiting(), console=self._console, refresh_per_second=4)
         self._live.start()
 
     def generation(self, line: Metrics) -> None:

@@ -142,6 +142,21 @@ def test_off_a_terminal_there_is_a_line_for_each_second_and_the_last_generation(
     assert any("12.35 m, 1.50 m/s" in text and "falls in 20% of 10" in text for text in shown)
 
 
+def test_off_a_terminal_a_long_wait_for_the_first_generation_is_told_once(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mjxwalk.cli.progress.PATIENCE", 0.0)
+    progress = PlainProgress()
+    progress.start(Path("a"), CONFIG, EVALUATOR)
+    told = ""
+    while "compiling" not in told:
+        told += capsys.readouterr().out
+    progress.generation(line(1))
+    progress.start(Path("a"), CONFIG, EVALUATOR)
+    progress.close()
+    assert told.count("compiling and evaluating the first generation ...") == 1
+
+
 def test_the_opening_says_what_a_run_starts_from_and_when_it_ends() -> None:
     pruned = toy.STUDY.phase("pruned")
     settings = Config(experiment=pruned, origin=Origin(source="../2-near", generation=9))

@@ -10,6 +10,10 @@ from engines.lanes.cases import GROUND, STARTS, stroll
 from jax import lax
 
 from mjxwalk.engines import lanes
+from mjxwalk.engines.lanes.frontend.primitives import control_flow
+from mjxwalk.engines.lanes.frontend.tracing import trace
+from mjxwalk.engines.lanes.ir.graph import LoopId, reachable, regions
+from mjxwalk.engines.lanes.ir.signature import Argument
 
 KEY = np.random.default_rng(11)
 
@@ -219,3 +223,52 @@ def test_writing_a_large_array_at_a_computed_place_is_refused() -> None:
         lanes.CannotCompileError, match=r"scatter.*places that each walker computes"
     ):
         lanes.vmap(lambda i: jnp.zeros(100_000).at[i].set(1.0).sum())(np.arange(3))
+
+
+def long_branch(x: Any) -> Any:
+    for _ in range(30):
+        x = jnp.sin(1.1 * x) + 0.1
+    return x
+
+
+def by_turns(x: Any, count: Any) -> Any:
+    """Walkers take a long branch in different steps, and some of them end before others."""
+
+    def step(state: Any) -> Any:
+        turn, x = state
+        due = (turn + count) % 3 == 0
+        x, extra = jax.lax.cond(
+            due, lambda x: (long_branch(x), x[0]), lambda x: (0.9 * x, jnp.float32(0.0)), x
+        )
+        x = jax.lax.switch(
+            turn % 3, [lambda x: x, lambda x: long_branch(x)[::-1], lambda x: -x], x + extra
+        )
+        return turn + 1, x
+
+    return jax.lax.while_loop(lambda state: state[0] < 4 + count, step, (0, x))[1]
+
+
+def test_a_branch_that_no_walker_takes_is_passed_over() -> None:
+    x = np.random.default_rng(0).normal(size=(37, 20)).astype(np.float32)
+    count = np.arange(37, dtype=np.int32) % 5
+    found = lanes.vmap(by_turns)(x, count)
+    np.testing.assert_allclose(found, jax.jit(jax.vmap(by_turns))(x, count), atol=2e-5)
+    graph = trace(
+        by_turns,
+        jax.tree.structure(((0, 0), {})),
+        [Argument((20,), "float32", False, False), Argument((), "int32", False, False)],
+    ).graph
+    main, *branches = graph.loops.values()
+    assert len(branches) == 2
+    live = reachable(graph, main.following.values())
+    where = regions(graph, live)
+    long = [node for node in live if graph.nodes[node].op == "sin"]
+    assert len(long) == 2 * 30 * 20
+    assert {graph.loops[where[node]].parent for node in long} == {LoopId(0)}
+
+
+def test_a_long_branch_counts_the_numbers_that_it_makes_alone() -> None:
+    moved = jax.make_jaxpr(lambda x: jnp.concatenate([x, x[::-1]]).reshape(2, -1).T)(jnp.ones(900))
+    assert control_flow._work(moved) == 0  # pyright: ignore[reportPrivateUsage]
+    product = jax.make_jaxpr(lambda x: jax.jit(lambda y: y @ y)(x))(jnp.ones((4, 4)))
+    assert control_flow._work(product) == 4**3  # pyright: ignore[reportPrivateUsage]

@@ -44,6 +44,9 @@ class Blocks:
             return  # fetched where it is used
         if node_id in self.values:
             return  # its neighbour in a table brought it along
+        if node.op == "inside":
+            self.values[node_id] = self.values[node.args[0]]
+            return
         if node.op == "element" or node.op in IN_MEMORY:
             self.arrays.compute(node_id)
             return

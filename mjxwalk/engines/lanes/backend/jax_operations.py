@@ -94,6 +94,8 @@ class _Arrays:
         args = [self.value(arg) for arg in node.args]
         if node.op in IN_MEMORY:
             return self.array(node, args)
+        if node.op == "inside":
+            return args[0]
         if node.op == "element":
             return args[0][node.data]
         if any(np.ndim(arg) for arg in args):

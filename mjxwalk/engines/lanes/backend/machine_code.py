@@ -10,6 +10,7 @@ import llvmlite.binding as llvm  # untyped; used in this file only
 from mjxwalk.engines.lanes.backend.target import Target
 
 WIDTHS = (4, 8, 16)
+LONG = 1 << 20  # characters of LLVM IR; ours: some 15,000 operations
 
 
 def host(width: int | None = None) -> Target:
@@ -68,7 +69,9 @@ def _optimised(text: str, target: Target) -> Any:
     _initialise()
     module = llvm.parse_assembly(text)
     module.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=1)
+    # What is long is straight-line code, which LLVM's passes no longer make faster.
+    level = 0 if len(text) > LONG else 1
+    options = llvm.create_pipeline_tuning_options(speed_level=level)
     options.loop_vectorization = False
     options.slp_vectorization = False
     options.loop_unrolling = False

@@ -17,6 +17,13 @@ DEPTH = 12  # nodes to look back
 
 def bounds(graph: Graph, node_id: int, depth: int = DEPTH) -> Range:
     """Returns the least and the greatest value of a number, or infinities."""
+    found = graph.ranges.get((node_id, depth))
+    if found is None:
+        found = graph.ranges[node_id, depth] = _bounds(graph, node_id, depth)
+    return found
+
+
+def _bounds(graph: Graph, node_id: int, depth: int) -> Range:
     value = graph.value(node_id)
     node = graph.nodes[node_id]
     if value is not None:

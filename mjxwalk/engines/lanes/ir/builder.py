@@ -19,6 +19,7 @@ class GraphBuilder:
     def __init__(self, graph: Graph, rules: Mapping[str, "Rule"]) -> None:
         self.graph = graph
         self.rules = rules
+        self._constants: dict[tuple[str, str, tuple[int, ...]], int] = {}
 
     def make(self, op: str, dtype: str, args: tuple[int, ...], data: Any = None) -> int:
         """Returns a node equal to the operation on args, simplified as far as the rules go."""
@@ -27,7 +28,7 @@ class GraphBuilder:
             return self.graph.add(op, dtype, args, data)
         values = [self.graph.value(arg) for arg in args]
         if all(value is not None for value in values):
-            return self.graph.constant(evaluate(op, dtype, *values)[()])
+            return self._folded(op, dtype, args, values)
         if op in COMMUTATIVE and values[0] is not None:  # constants stand second
             args, values = (args[1], args[0]), [values[1], values[0]]
         found = rule(self, dtype, args, values)
@@ -36,6 +37,13 @@ class GraphBuilder:
         if op in COMMUTATIVE and values[1] is None and args[0] > args[1]:
             args = (args[1], args[0])
         return self.graph.add(op, dtype, args, data)
+
+    def _folded(self, op: str, dtype: str, args: tuple[int, ...], values: "Values") -> int:
+        """Returns the constant that an operation on constants is; most are met many times."""
+        key = op, dtype, args
+        if key not in self._constants:
+            self._constants[key] = self.graph.constant(evaluate(op, dtype, *values)[()])
+        return self._constants[key]
 
     def constant(self, value: float | int, dtype: str) -> int:
         """Returns the node of a number in a type."""

@@ -8,6 +8,7 @@ without anybody having to move it.
 """
 
 import dataclasses
+import functools
 from collections.abc import Container, Iterable, Mapping
 from typing import Any, NamedTuple, NewType, cast
 
@@ -23,7 +24,8 @@ OUTSIDE = LoopId(-1)  # the region outside every loop
 class Node(NamedTuple):
     """One scalar value.
 
-    `data` distinguishes nodes of equal operation and arguments: the bits of a `const`, (argument,
+    An `inside` is its first argument, as a step of the loop of the second has it. `data`
+    distinguishes nodes of equal operation and arguments: the bits of a `const`, (argument,
     offset) of an `input`, argument of a `load`, the table of a `lookup`, (loop, place) of a `carry`
     or `result`.
     """
@@ -66,6 +68,7 @@ class Graph:
         self.nodes: list[Node] = []
         self.loops: dict[LoopId, Loop] = {}
         self.tables: dict[str, Array] = {}
+        self.ranges: dict[tuple[int, int], tuple[float, float]] = {}  # `bounds` keeps them here
         self._ids: dict[Node, int] = {}
         self._values: dict[int, Any] = {}
 
@@ -84,7 +87,7 @@ class Graph:
 
     def constant(self, value: Any) -> int:
         """Returns the node of a known scalar; zeros of different sign and NaNs stay distinct."""
-        found = self.add("const", value.dtype.name, (), value.tobytes())
+        found = self.add("const", _name(value.dtype), (), value.tobytes())
         self._values[found] = value
         return found
 
@@ -113,6 +116,12 @@ class Graph:
 
     def __len__(self) -> int:
         return len(self.nodes)
+
+
+@functools.cache
+def _name(dtype: np.dtype[Any]) -> str:
+    """Returns the name of a type, which NumPy puts together anew each time."""
+    return dtype.name
 
 
 def reachable(graph: Graph, roots: Iterable[int], stop: Container[int] = ()) -> list[int]:

@@ -1,5 +1,6 @@
 """Calls, branches and loops."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,15 +10,18 @@ from mjxwalk.engines.lanes.frontend.interpreter import (
     Interpreter,
     Jaxpr,
     Known,
+    Nodes,
     Params,
     Value,
 )
+from mjxwalk.engines.lanes.frontend.primitives.data_movement import HANDLERS as MOVERS
 from mjxwalk.engines.lanes.frontend.primitives.elementwise import select_case
 from mjxwalk.engines.lanes.frontend.primitives.windows import int32, read_row, write_row
 from mjxwalk.engines.lanes.ir.graph import LoopId, reachable
 
 INNER_JAXPR = ("jaxpr", "call_jaxpr", "fun_jaxpr")
 MOST_UNROLLED = 2_000  # equations after unrolling a scan; a longer one becomes a loop
+WORTH_SKIPPING = 500  # operations of a branch that lanes enter only if one of them takes it; ours
 
 
 def _call(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
@@ -31,9 +35,65 @@ def _cond(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
         return t.call(branches[int(np.clip(which.array, 0, len(branches) - 1))], operands)
     taken: list[list[Value]] = []
     for number, branch in enumerate(branches):
-        with t.inside(guard=_taken(t, which, number, len(branches))):
-            taken.append(t.call(branch, operands))
+        guard = _taken(t, which, number, len(branches))
+        if _work(branch) < WORTH_SKIPPING:
+            with t.inside(guard=guard):
+                taken.append(t.call(branch, operands))
+        else:
+            taken.append(_skippable(t, guard, branch, operands))
     return [select_case(t, which, list(cases)) for cases in zip(*taken, strict=True)]
+
+
+def _skippable(t: Interpreter, guard: int, branch: Jaxpr, operands: list[Value]) -> list[Value]:
+    """Returns what a branch gives, computed by a loop of one step, or none if no lane is in."""
+    nothing = [Known(np.zeros(aval.shape, aval.dtype)) for aval in branch.out_avals]
+    due = Nodes(np.array(guard, np.int64), "bool")
+    done = Known(np.zeros((), np.bool_))
+
+    def step(values: list[Value]) -> list[Value]:
+        inside = [_inside(t, operand, values[0]) for operand in operands]
+        return [done, *t.call(branch, inside)]
+
+    return _loop(t, [due, *nothing], lambda values: values[0], step)[1:]
+
+
+def _inside(t: Interpreter, operand: Value, due: Value) -> Value:
+    """Returns an operand of a branch as something that its loop computes.
+
+    Else all that the branch makes of it would be seen to be the same in every turn of the loop, and
+    be computed before it.
+    """
+    if not isinstance(operand, Nodes) or not isinstance(due, Nodes):
+        return operand
+    tied = int(due.array)
+    ids = [
+        t.graph.add("inside", operand.dtype, (node, tied))
+        for node in t.nodes(operand).ravel().tolist()
+    ]
+    return Nodes(np.array(ids, np.int64).reshape(operand.array.shape), operand.dtype)
+
+
+def _work(closed: Jaxpr) -> int:
+    """Returns about how many operations a jaxpr comes to, loops counted once."""
+    jaxpr = getattr(closed, "jaxpr", closed)
+    total = 0
+    for equation in jaxpr.eqns:
+        inner = [p for p in equation.params.values() if hasattr(p, "eqns") or hasattr(p, "jaxpr")]
+        inner += equation.params.get("branches", ())
+        total += sum(map(_work, inner)) if inner else _size(equation)
+    return total
+
+
+def _size(equation: Any) -> int:
+    """Returns about how many operations an equation without equations in it comes to."""
+    if equation.primitive.name not in MOVERS:
+        made = sum(variable.aval.size for variable in equation.outvars)
+        if equation.primitive.name == "dot_general":
+            (contracted, _), _ = equation.params["dimension_numbers"]
+            shape = equation.invars[0].aval.shape
+            made *= math.prod(shape[axis] for axis in contracted)
+        return made
+    return 0
 
 
 def _taken(t: Interpreter, which: Value, number: int, count: int) -> int:
