@@ -1,4 +1,4 @@
-"""`mjxwalk bench`: how fast the engines are here, against each other and against the CPU's peak.
+"""`mjxwalk bench`: how fast the engines are here, against C MuJoCo, MJX and the CPU's peak.
 
 `measuring` runs it all, and `results` says what comes out.
 """

@@ -1,115 +1,112 @@
-"""What is simulated: bodies by name, and walkers that all take the same number of steps."""
+"""What is simulated: bodies by name, under our contact points or under MuJoCo's contacts."""
 
+import dataclasses
 import functools
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Int
 
-from mjxwalk import experiments, rollout
+from mjxwalk import experiments, robots, rollout
+from mjxwalk.bench import contact_bodies
+from mjxwalk.bench.contact_bodies import ContactBody
+from mjxwalk.bench.workload import Walked, Workload
 from mjxwalk.envs import TRIAL_AXES, Trials
+from mjxwalk.envs.mjcf import reader
+from mjxwalk.experiments import own_body
 
 WEIGHT_SIGMA = 0.3  # ours: as wide as the experiment's first generation
-SAME_WORK = (
-    "same work: every walker takes the same number of steps; the rules of a trial are computed "
-    "but end nobody"
-)
 
 
-class Body(NamedTuple):
-    """A body to measure with.
+class PointBody(NamedTuple):
+    """A body under our contact points, with its experiment's controller.
 
     Attributes:
-      study: makes the experiment with the body and its controller.
-      controller: in words.
-      slow: whether XLA compiles it for so long that a quick bench has to leave mjx out.
+      study: makes the experiment.
+      peer: makes the same body under MuJoCo's contacts, for C MuJoCo; None to give it the
+        experiment's own model, which has none.
     """
 
     study: Callable[[], Any]
-    controller: str
-    slow: bool = False
+    peer: Callable[[], ContactBody] | None = None
+
+    def workload(self, size: int) -> Workload:
+        """Returns walkers with weights drawn at random, all on one terrain."""
+        study = self.study()
+        draws = np.random.default_rng(0)
+
+        def drawn(leaf: Any) -> Any:
+            return draws.normal(0.0, WEIGHT_SIGMA, (size, *leaf.shape)).astype(np.float32)
+
+        return Workload(
+            start=functools.partial(rollout.start, study.env, study.controller),
+            advance=functools.partial(rollout.advance, study.env, study.controller),
+            genotypes=jax.tree.map(drawn, study.template()),
+            given=_trials(self).given(np.zeros(size, np.int32)),
+            axes=(0, TRIAL_AXES),
+        )
 
 
-BODIES: Mapping[str, Body] = {  # by the name in the results
-    "planar": Body(
-        functools.partial(experiments.get, "planar-lpd"),
-        "linear reactive control of planar-lpd, weights at random",
-    ),
-    "spatial": Body(
-        functools.partial(experiments.get, "solomon-3d"),
-        "linear reactive control of solomon-3d, weights at random; ground of r = 0.002 m",
-        slow=True,
-    ),
+Body = PointBody | ContactBody
+
+
+def _h1_study() -> Any:
+    """Returns the experiment of H1 with linear feedback."""
+    return own_body.with_body(experiments.get("walk"), reader.read(robots.path("h1")).text)
+
+
+def _with(make: Callable[[], ContactBody], **changed: Any) -> Callable[[], ContactBody]:
+    return lambda: dataclasses.replace(make(), **changed)
+
+
+_H1 = contact_bodies.shipped("h1")
+_WALKER2D = contact_bodies.gymnasium("walker2d_v5.xml")
+_HUMANOID = contact_bodies.gymnasium("humanoid.xml")
+_GROUND = dataclasses.replace(contact_bodies.FEW_ITERATIONS, self_collision=False)
+MAKERS: Mapping[str, Callable[[], Body]] = {  # as `names.BODIES`
+    "planar7-points": lambda: PointBody(functools.partial(experiments.get, "planar-lpd")),
+    "flame-points": lambda: PointBody(functools.partial(experiments.get, "solomon-3d")),
+    "h1-points": lambda: PointBody(_h1_study, _H1),
+    "planar7": contact_bodies.shipped("planar7"),
+    "flame": contact_bodies.shipped("flame"),
+    "walker2d": _WALKER2D,
+    "humanoid": _HUMANOID,
+    "humanoid-ground": _with(_HUMANOID, law=_GROUND),
+    "h1": _H1,
+    "walker2d-64x64": _with(_WALKER2D, hidden=(64, 64)),
+    "walker2d-256x256": _with(_WALKER2D, hidden=(256, 256)),
 }
 
 
-class Walked(NamedTuple):
-    """A walker after its steps; all of its state is returned, so that no work can be left out."""
+@functools.cache
+def get(name: str, *, file_options: bool = False) -> Body:
+    """Returns a body.
 
-    walk: Any
-    steps: Int[Array, "*batch"]
+    Args:
+      name: one of `names.BODIES`.
+      file_options: whether MuJoCo's integrator and solver iterations are those of the body's file.
 
-
-class Workload(NamedTuple):
-    """What engines are measured on: a population, and what one walker does.
-
-    Attributes:
-      start: from genotype and trial to the walker at the start.
-      advance: from genotype, trial and walker to the walker a step later.
-      genotypes: leaves [pop, ...].
-      given: their trials.
+    Raises:
+      ValueError: the body comes with a package that is not installed.
     """
-
-    start: Callable[..., Any]
-    advance: Callable[..., Any]
-    genotypes: Any
-    given: Any
-
-    @property
-    def axes(self) -> Any:
-        """Which axis of genotypes and trials counts walkers: they share the heights."""
-        return 0, TRIAL_AXES
-
-
-def workload(body: Body, size: int) -> Workload:
-    """Returns walkers with weights drawn at random, all on one terrain."""
-    study = body.study()
-    draws = np.random.default_rng(0)
-
-    def drawn(leaf: Any) -> Any:
-        return draws.normal(0.0, WEIGHT_SIGMA, (size, *leaf.shape)).astype(np.float32)
-
-    return Workload(
-        start=functools.partial(rollout.start, study.env, study.controller),
-        advance=functools.partial(rollout.advance, study.env, study.controller),
-        genotypes=jax.tree.map(drawn, study.template()),
-        given=_trials(body).given(np.zeros(size, np.int32)),
-    )
+    body = MAKERS[name]()
+    if not file_options or isinstance(body, PointBody):
+        return body
+    law = dataclasses.replace(body.law, iterations=None, ls_iterations=None, integrator=None)
+    return dataclasses.replace(body, law=law)
 
 
 @functools.cache
-def _trials(body: Body) -> Trials:
+def _trials(body: PointBody) -> Trials:
     """Returns one trial; kept, as in a quick bench making it would be felt each time."""
     return jax.tree.map(np.asarray, body.study().sample_trials(jax.random.key(0), 1))
 
 
-def fixed_steps(
-    start: Callable[..., Any],
-    advance: Callable[..., Any],
-    genotype: Any,
-    given: Any,
-    num_steps: Int[Array, ""],
-) -> Walked:
-    """Returns one walker after that many steps, whether it fell on the way or not."""
-
-    def unfinished(walked: Walked) -> Any:
-        return walked.steps < num_steps
-
-    def step(walked: Walked) -> Walked:
-        return Walked(advance(genotype, given, walked.walk), walked.steps + 1)
-
-    first = Walked(start(genotype, given), jnp.zeros((), jnp.int32))
-    return jax.lax.while_loop(unfinished, step, first)
+def num_stopped(walked: Walked) -> int:
+    """Returns how many walkers did not take all of their steps, as their physics diverged."""
+    state: Any = getattr(walked.walk, "state", walked.walk)
+    diverged = ~np.isfinite(np.asarray(state.qpos)).all(axis=1)
+    if hasattr(state, "trial"):
+        diverged |= np.asarray(state.trial.diverged)
+    return int(diverged.sum())

@@ -1,6 +1,6 @@
 """What has to be measured in a fresh process: compiling, and the peak memory of a population.
 
-`python -m mjxwalk.bench.child compile planar` prints one line of JSON.
+`python -m mjxwalk.bench.child compile h1` prints one line of JSON.
 """
 
 import json
@@ -11,7 +11,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from mjxwalk import own_process
 from mjxwalk.errors import RunError
@@ -19,11 +19,26 @@ from mjxwalk.errors import RunError
 MEMORY_STEPS = 100  # ours: memory is taken at the start
 
 
-def compile_seconds(body: str) -> tuple[float, float]:
-    """Returns seconds to compile a body's rollout with an empty disk cache, and with a full one."""
+class Compiling(NamedTuple):
+    """What compiling a body takes.
+
+    Attributes:
+      cold: seconds with an empty disk cache.
+      warm: seconds with a full one.
+      code_bytes: of the machine code.
+    """
+
+    cold: float
+    warm: float
+    code_bytes: int
+
+
+def compiling(body: str, *, file_options: bool = False) -> Compiling:
+    """Returns what compiling a body's trial takes, in fresh processes."""
     with tempfile.TemporaryDirectory() as folder:
-        cold, warm = (_ask(["compile", body], cache=folder) for _ in range(2))
-    return cold["seconds"], warm["seconds"]
+        args = ["compile", body, *(["file-options"] if file_options else [])]
+        cold, warm = (_ask(args, cache=folder) for _ in range(2))
+    return Compiling(cold["seconds"], warm["seconds"], cold["code_bytes"])
 
 
 def peak_memory(body: str, size: int) -> dict[str, int]:
@@ -50,16 +65,41 @@ def _ask(args: list[str], cache: str | None = None) -> dict[str, Any]:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def _compile(body: str) -> dict[str, Any]:
+def _compile(name: str, *options: str) -> dict[str, Any]:
     from mjxwalk.bench import bodies
+    from mjxwalk.bench.contact_bodies import WALKED
     from mjxwalk.engines import lanes
     from mjxwalk.evaluation import OUTCOME
 
-    workload = bodies.workload(bodies.BODIES[body], 1)
-    mapped = lanes.vmap(bodies.BODIES[body].study().rollout, workload.axes, results=OUTCOME)
+    body = bodies.get(name, file_options="file-options" in options)
+    workload = body.workload(1)
+    arguments = workload.genotypes, workload.given
+    if isinstance(body, bodies.PointBody):
+        mapped = lanes.vmap(body.study().rollout, workload.axes, results=OUTCOME)
+    else:
+        import numpy as np  # late, as the program's own process declares itself before
+
+        mapped = lanes.vmap(body.walk, (*workload.axes, None), results=WALKED)
+        arguments += (np.int32(1),)
     started = time.perf_counter()
-    mapped.prepare(workload.genotypes, workload.given)
-    return {"seconds": time.perf_counter() - started}
+    mapped.prepare(*arguments)
+    return {"seconds": time.perf_counter() - started, "code_bytes": _code_bytes()}
+
+
+def _code_bytes() -> int:
+    """Returns how large the machine code is that lies in the cache."""
+    from llvmlite.binding.object_file import ObjectFileRef
+
+    from mjxwalk import cache_folder
+    from mjxwalk.engines.lanes.cache import entries
+
+    total, folder = 0, cache_folder.folder("lanes")
+    for path in [] if folder is None else sorted(folder.iterdir()):
+        entry = entries.read(path.name)
+        if entry is not None and entry[1]:
+            parts: Any = ObjectFileRef.from_data(entry[1]).sections()
+            total += sum(part.size() for part in parts if part.is_text())
+    return total
 
 
 def _memory(body: str, size: str) -> dict[str, Any]:
@@ -67,8 +107,7 @@ def _memory(body: str, size: str) -> dict[str, Any]:
     from mjxwalk.engines import lanes
 
     def walk(size: int) -> None:
-        workload = bodies.workload(bodies.BODIES[body], size)
-        contenders.Engine(lanes.vmap, workload)(MEMORY_STEPS)
+        contenders.Engine(lanes.vmap, bodies.get(body).workload(size))(MEMORY_STEPS)
 
     walk(1)
     before = peak_bytes()

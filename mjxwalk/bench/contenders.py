@@ -1,4 +1,4 @@
-"""The engines and C MuJoCo as contenders: each takes steps for all walkers and counts them."""
+"""Our engines and MJX as contenders: each takes steps for all walkers and counts them."""
 
 import functools
 from collections.abc import Callable, Collection
@@ -7,12 +7,14 @@ from typing import Any
 import jax
 import numpy as np
 
-from mjxwalk.bench.bodies import Body, Workload, fixed_steps, workload
+from mjxwalk.bench import c_contenders
+from mjxwalk.bench.bodies import Body, PointBody
+from mjxwalk.bench.contact_bodies import ContactBody
+from mjxwalk.bench.mjx_step import mjx_workload
+from mjxwalk.bench.workload import Workload, fixed_steps
 from mjxwalk.engines import lanes, lanes_xla, mjx
-from mjxwalk.envs._mujoco import mujoco
 
-# `mujoco.rollout` keeps every state that it goes through, so longer ones are run in parts.
-LONGEST_ROLLOUT = 100  # steps; ours
+LINEAR = "lanes_linear"  # lanes with the linear policy in place of the network
 
 
 class Engine:
@@ -20,42 +22,37 @@ class Engine:
 
     Attributes:
       mapped: the engine's function of all walkers.
+      walked: the walkers of the latest call.
     """
 
     def __init__(self, vmap: Callable[..., Any], workload: Workload) -> None:
         walker = functools.partial(fixed_steps, workload.start, workload.advance)
         self.mapped = vmap(walker, (*workload.axes, None))
+        self.walked: Any = None
         self._workload = workload
 
     def __call__(self, steps_per_walker: int) -> int:
-        """Takes the steps and returns how many all walkers took together."""
+        """Takes steps of control and returns how many of the physics all walkers took together."""
         given = self._workload
         walked = self.mapped(given.genotypes, given.given, np.int32(steps_per_walker))
-        jax.block_until_ready(walked)
-        return int(np.asarray(walked.steps).sum(dtype=np.int64))
+        self.walked = jax.block_until_ready(walked)
+        return given.substeps * int(np.asarray(walked.steps).sum(dtype=np.int64))
 
 
-class MujocoRollout:
-    """C MuJoCo's `mujoco.rollout`: the same model, no controller, zero controls."""
+class Trials:
+    """An engine whose walkers walk whole trials, from the same start each time.
 
-    def __init__(self, body: Body, size: int, threads: int) -> None:
-        from mujoco import rollout
+    Attributes:
+      engine: that walks.
+    """
 
-        self._model = body.study().env.model.mujoco
-        self._data = [mujoco.MjData(self._model) for _ in range(threads)]
-        self._states = np.tile(_reference_state(self._model), (size, 1))
-        pool: Any = rollout.Rollout
-        self._pool = pool(nthread=threads)
+    def __init__(self, engine: Engine, length: int) -> None:
+        self.engine = engine
+        self._length = length
 
-    def __call__(self, steps_per_walker: int) -> int:
-        """Takes the steps and returns how many all walkers took together."""
-        states, taken = self._states, 0
-        while taken < steps_per_walker:
-            steps = min(LONGEST_ROLLOUT, steps_per_walker - taken)
-            passed, _ = self._pool.rollout(self._model, self._data, states, nstep=steps)
-            states = passed[:, -1]
-            taken += passed.shape[1]
-        return len(states) * taken
+    def __call__(self, times: int) -> int:
+        """Walks that many trials and returns how many steps all walkers took together."""
+        return sum(self.engine(self._length) for _ in range(times))
 
 
 def make(
@@ -70,20 +67,33 @@ def make(
       xla: whether lanes-xla is one.
       without: names of contenders to leave out.
     """
-    load = workload(body, size)
-    field: dict[str, Callable[[], Any]] = {
-        "lanes": lambda: Engine(lanes.vmap, load),
-        "lanes_xla": lambda: Engine(lanes_xla.vmap, load),
-        "mjx": lambda: Engine(mjx.vmap, load),
-        "mujoco_rollout": lambda: MujocoRollout(body, size, threads),
-    }
+    if isinstance(body, PointBody):
+        field = _of_points(body, size, threads)
+    else:
+        field = _of_contacts(body, size, threads)
     left_out = {*without, *([] if xla else ["lanes_xla"])}
     return {name: ready() for name, ready in field.items() if name not in left_out}
 
 
-def _reference_state(model: Any) -> Any:
-    """Returns MuJoCo's state vector of a model at rest in its reference pose."""
-    everything = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state = np.zeros(mujoco.mj_stateSize(model, everything))
-    mujoco.mj_getState(model, mujoco.MjData(model), state, everything)
-    return state
+def _of_points(body: PointBody, size: int, threads: int) -> dict[str, Callable[[], Any]]:
+    load = body.workload(size)
+    return {
+        "lanes": lambda: Engine(lanes.vmap, load),
+        "lanes_xla": lambda: Engine(lanes_xla.vmap, load),
+        "mjx": lambda: Engine(mjx.vmap, load),
+        **c_contenders.of_points(body, size, threads),
+    }
+
+
+def _of_contacts(body: ContactBody, size: int, threads: int) -> dict[str, Callable[[], Any]]:
+    load, length = body.workload(size), body.num_actions
+    field: dict[str, Callable[[], Any]] = {
+        "lanes": lambda: Trials(Engine(lanes.vmap, load), length),
+        "lanes_xla": lambda: Trials(Engine(lanes_xla.vmap, load), length),
+        "mjx": lambda: Engine(mjx.vmap, mjx_workload(body, size)),
+        **c_contenders.of_contacts(body, threads),
+    }
+    if body.hidden:
+        linear = body.linear.workload(size)
+        field[LINEAR] = lambda: Trials(Engine(lanes.vmap, linear), length)
+    return field

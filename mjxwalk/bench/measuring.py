@@ -3,21 +3,22 @@
 import dataclasses
 import os
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 
 import mjxwalk
 from mjxwalk.bench import bodies, child, contenders, timing
-from mjxwalk.bench.bodies import Body
+from mjxwalk.bench.bodies import Body, PointBody
 from mjxwalk.bench.evolved import Evolved
+from mjxwalk.bench.names import MAIN
 from mjxwalk.bench.peak import Peak
 from mjxwalk.bench.results import (
-    Arithmetic,
-    CompileSeconds,
+    REFERENCE,
     Evolution,
+    Kernel,
     Machine,
     Results,
     Scaling,
@@ -26,10 +27,11 @@ from mjxwalk.bench.results import (
 from mjxwalk.engines import lanes
 from mjxwalk.engines.lanes.runtime.thread_pool import num_threads
 from mjxwalk.engines.selection import num_cores
+from mjxwalk.errors import RunError
 from mjxwalk.runs import manifest
 
-MAIN = "planar"  # the body that everything but the engines' speed is measured with
 PEAK = "peak"
+SLOW = ("flame-points", "flame", "humanoid", "humanoid-ground", "h1", "h1-points")  # to compile
 TOO_SLOW = "XLA compiles it for some 20 s or more, run without --quick"
 Say = Callable[[str], None]
 
@@ -47,6 +49,7 @@ class Sizes:
       populations: whose cost a step is compared, smallest first.
       shortest: steps a walker takes at least, where populations are compared.
       xla: whether lanes-xla is measured also where JAX has no accelerator.
+      file_options: whether bodies under MuJoCo's contacts have the options of their files.
     """
 
     quick: bool
@@ -57,6 +60,7 @@ class Sizes:
     populations: tuple[int, ...]
     shortest: int
     xla: bool = False
+    file_options: bool = False
 
 
 FULL = Sizes(
@@ -79,122 +83,153 @@ QUICK = Sizes(
 )
 
 
-class Engines(NamedTuple):
-    """Speed of the engines with one body, and the CPU's peak in operations/s meanwhile."""
-
-    speed: Speed
-    peak: float
-    mapped: lanes.Mapped
-
-
-def measure(sizes: Sizes, say: Say) -> Results:
+def measure(names: Sequence[str], sizes: Sizes, say: Say) -> Results:
     """Returns what was measured.
 
     Args:
+      names: of the bodies.
       sizes: how much.
       say: is told what is being measured.
+
+    Raises:
+      RunError: no body is there, as the package that it comes with is not installed.
     """
     machine = _machine()
-    main = bodies.BODIES[MAIN]
-    say("compiling, and evolving what is to be timed")
-    fields, left_out, evolved = _prepare(main, sizes, machine.accelerator)
-    measured: dict[str, Engines] = {}
-    for name in bodies.BODIES:
-        say(f"measuring the engines with the {name} body")
-        measured[name] = engines(fields[name], sizes, left_out[name])
-    say("measuring how long compiling takes, without and with the disk cache")
-    cold, warm = child.compile_seconds(MAIN)
-    say(f"measuring trials of populations as they evolve, {sizes.generations} generations")
-    evolution = evolve(main, evolved, sizes)
-    say("measuring populations from small to large")
-    scaling = scale(main, sizes)
+    found, absent = _found(names, sizes.file_options)
+    evolved: Any = None
+    if MAIN in found:
+        say("compiling, and evolving what is to be timed")
+        evolved = Evolved(_main().study(), sizes.generations)
+    speeds: dict[str, Speed] = {}
+    for name, body in found.items():
+        say(f"measuring {name}")
+        speeds[name] = speed(name, body, sizes, machine.accelerator)
+    evolution, scaling = None, None
+    if MAIN in found:
+        say(f"measuring trials of populations as they evolve, {sizes.generations} generations")
+        evolution = evolve(_main(), evolved, sizes)
+        say("measuring populations from small to large")
+        scaling = scale(_main(), sizes)
     return Results(
         quick=sizes.quick,
+        file_options=sizes.file_options,
         repeats=sizes.repeats,
-        speeds={body: found.speed for body, found in measured.items()},
-        compile_s=CompileSeconds(cold=cold, warm=warm),
+        speeds=speeds,
+        absent=absent,
         evolution=evolution,
         population_scaling=scaling,
-        arithmetic=arithmetic(measured[MAIN]),
         machine=machine,
         versions=_versions(),
     )
 
 
-def _prepare(
-    main: Body, sizes: Sizes, accelerator: bool
-) -> tuple[dict[str, dict[str, Any]], dict[str, dict[str, str]], Any]:
-    """Returns each body's contenders, compiled, those left out and why, and what has evolved.
+def _main() -> PointBody:
+    body = bodies.get(MAIN)
+    assert isinstance(body, PointBody)
+    return body
 
-    XLA compiles in a thread of its own, while the other core does all else.
+
+def _found(names: Sequence[str], file_options: bool) -> tuple[dict[str, Body], dict[str, str]]:
+    """Returns the bodies by name, and those that are not there, and why."""
+    found: dict[str, Body] = {}
+    absent: dict[str, str] = {}
+    for name in names:
+        try:
+            found[name] = bodies.get(name, file_options=file_options)
+        except ValueError as error:
+            absent[name] = str(error)
+    if not found:
+        raise RunError("; ".join(dict.fromkeys(absent.values())))
+    return found, absent
+
+
+def speed(name: str, body: Body, sizes: Sizes, accelerator: bool) -> Speed:
+    """Returns how fast the contenders are with one body, in turn with the CPU's peak.
+
+    XLA compiles in a thread of its own, while other processes compile for lanes and are timed.
     """
-    fields: dict[str, dict[str, Any]] = {}
-    left_out: dict[str, dict[str, str]] = {}
-    with ThreadPoolExecutor(1) as other:
-        compiling: list[Future[int]] = []
-        for name, body in bodies.BODIES.items():
-            slow = body.slow and sizes.quick and not accelerator
-            left_out[name] = {"mjx": TOO_SLOW} if slow else {}
-            fields[name] = contenders.make(
-                body,
-                sizes.population,
-                num_threads(),
-                xla=sizes.xla or accelerator,
-                without=left_out[name],
-            )
-            by_xla = [rival for rival in ("mjx", "lanes_xla") if rival in fields[name]]
-            compiling += [other.submit(fields[name][rival], 1) for rival in by_xla]
-        for field in fields.values():
-            field["lanes"](1)
-        evolved = Evolved(main.study(), sizes.generations)
-        for compiled in compiling:
-            compiled.result()
-    return fields, left_out, evolved
-
-
-def engines(rivals: Mapping[str, Any], sizes: Sizes, left_out: Mapping[str, str]) -> Engines:
-    """Returns how fast the engines are with one body, in turn with the CPU's peak.
-
-    Args:
-      rivals: contenders by name.
-      sizes: how much is measured.
-      left_out: the contenders that are not, and why.
-    """
-    field = {**rivals, PEAK: Peak(num_threads())}
-    amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
-    timings = timing.in_turn(field, amounts, sizes.repeats)
-    rates = {name: timing.rate(timings[name]) for name in field}
-    peak = rates.pop(PEAK)
-    del amounts[PEAK]
-    mapped = rivals["lanes"].mapped
-    kernel = mapped.compiled
-    assert kernel is not None  # it has run
-    speed = Speed(
+    slow = name in SLOW and sizes.quick and not accelerator
+    left_out = {"mjx": TOO_SLOW} if slow else {}
+    cost = child.compiling(name, file_options=sizes.file_options)
+    rivals = contenders.make(
+        body, sizes.population, num_threads(), xla=sizes.xla or accelerator, without=left_out
+    )
+    _compile(rivals)
+    seen = rivals["mujoco_batch"].observe() if _touches(body) else None
+    timings, amounts = _timings({**rivals, PEAK: Peak(num_threads())}, sizes)
+    rates = {rival: timing.rate(taken) for rival, taken in timings.items()}
+    return Speed(
         population=sizes.population,
-        operations_per_step=kernel.operations,
-        steps_per_s=rates,
-        steps_per_walker=amounts,
+        steps_per_s={rival: rates[rival] for rival in rivals},
+        ratios={
+            rival: timing.ratio(timings[REFERENCE], timings[rival])
+            for rival in rivals
+            if rival != REFERENCE
+        },
+        amounts={rival: amounts[rival] for rival in rivals},
+        kernel=_kernel(body, rivals, cost, timing.ratio(timings[REFERENCE], timings[PEAK])),
+        stopped=bodies.num_stopped(_engine(rivals[REFERENCE]).walked),
+        contacts=None if seen is None else seen.contacts,
+        warnings=0 if seen is None else seen.warnings,
         left_out=left_out,
     )
-    return Engines(speed, peak, mapped)
 
 
-def arithmetic(measured: Engines) -> Arithmetic:
-    """Returns how near to the CPU's peak the lanes engine came."""
-    kernel = measured.mapped.compiled
-    assert kernel is not None  # it has run
-    return Arithmetic(
-        operations_per_step=kernel.operations,
-        steps_per_s=measured.speed.steps_per_s["lanes"],
-        peak_gflops=1e-9 * measured.peak,
-        width=kernel.target.width,
-        threads=measured.mapped.threads,
+def _touches(body: Body) -> bool:
+    """Returns whether C MuJoCo has contacts."""
+    return not isinstance(body, PointBody) or body.peer is not None
+
+
+def _compile(rivals: Mapping[str, Any]) -> None:
+    """Lets all contenders do a little, so that what they compile is compiled."""
+    with ThreadPoolExecutor(1) as other:
+        by_xla = [rival for rival in ("mjx", "lanes_xla") if rival in rivals]
+        compiling: list[Future[int]] = [other.submit(rivals[rival], 1) for rival in by_xla]
+        for rival in rivals:
+            if rival not in by_xla:
+                rivals[rival](1)
+        for compiled in compiling:
+            compiled.result()
+
+
+def _timings(
+    field: Mapping[str, Any], sizes: Sizes
+) -> tuple[dict[str, list[timing.Timing]], dict[str, int]]:
+    """Returns each contender's timings, taken in turn, and what one of them covers."""
+    amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
+    return timing.in_turn(field, amounts, sizes.repeats), amounts
+
+
+def _engine(contender: Any) -> Any:
+    """Returns the engine of a contender of ours."""
+    return getattr(contender, "engine", contender)
+
+
+def _kernel(body: Body, rivals: Mapping[str, Any], cost: child.Compiling, of_peak: float) -> Kernel:
+    """Returns how the lanes engine computes a body.
+
+    Args:
+      of_peak: steps of the body for each operation that the CPU could have done meanwhile.
+    """
+    mapped = _engine(rivals[REFERENCE]).mapped
+    linear = _engine(rivals.get(contenders.LINEAR, rivals[REFERENCE])).mapped
+    operations, is_counted = linear.compiled.operations, True
+    if not isinstance(body, PointBody):
+        operations, is_counted = body.operations(operations), body.is_straight
+    return Kernel(
+        operations_per_step=operations,
+        share_of_peak=operations * of_peak if is_counted else None,
+        width=mapped.compiled.target.width,
+        threads=mapped.threads,
+        compile_cold_s=cost.cold,
+        compile_warm_s=cost.warm,
+        code_bytes=cost.code_bytes,
     )
 
 
-def evolve(body: Body, evolved: Any, sizes: Sizes) -> Evolution:
+def evolve(body: PointBody, evolved: Any, sizes: Sizes) -> Evolution:
     """Returns how fast populations that evolve run, in turn with one where nobody falls early."""
-    level = contenders.Engine(lanes.vmap, bodies.workload(body, evolved.size))
+    level = contenders.Engine(lanes.vmap, body.workload(evolved.size))
     field = {"evolved": evolved, PEAK: level}
     amounts = {name: timing.calibrate(one, sizes.seconds) for name, one in field.items()}
     timings = timing.in_turn(field, amounts, sizes.repeats)
@@ -207,11 +242,10 @@ def evolve(body: Body, evolved: Any, sizes: Sizes) -> Evolution:
     )
 
 
-def scale(body: Body, sizes: Sizes) -> Scaling:
+def scale(body: PointBody, sizes: Sizes) -> Scaling:
     """Returns what a step costs in small and large populations."""
     field = {
-        str(size): contenders.Engine(lanes.vmap, bodies.workload(body, size))
-        for size in sizes.populations
+        str(size): contenders.Engine(lanes.vmap, body.workload(size)) for size in sizes.populations
     }
     amounts = {
         name: max(sizes.shortest, timing.calibrate(one, sizes.seconds))

@@ -8,44 +8,58 @@ REFERENCE = "lanes"  # the engine whose speed is told as a multiple of the other
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Kernel:
+    """How the lanes engine computes a body.
+
+    Attributes:
+      operations_per_step: scalar operations, comparisons and selections included; of the control
+        its share.
+      share_of_peak: of the fused multiply-adds, two operations each, that the threads can do at
+        this width, measured in turn; None where the operations are not counted, as of loops that
+        may end early only the bodies are.
+      width: lanes of a vector.
+      threads: how many run.
+      compile_cold_s: trace and compile in a fresh process with an empty disk cache, imports
+        excluded, s.
+      compile_warm_s: the same with the machine code on the disk, s.
+      code_bytes: of the machine code.
+    """
+
+    operations_per_step: int
+    share_of_peak: float | None
+    width: int
+    threads: int
+    compile_cold_s: float
+    compile_warm_s: float
+    code_bytes: int
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Speed:
     """Of one body.
 
     Attributes:
-      population: walkers at once.
-      operations_per_step: scalar operations of the lanes engine.
-      steps_per_s: of all walkers together, for each contender.
-      steps_per_walker: that a timing covers, for each contender.
+      population: walkers at once, of our engines.
+      steps_per_s: of all walkers together, for each contender; medians.
+      ratios: how many times as fast the reference is as each other contender; medians of the
+        ratios of timings that followed on each other.
+      amounts: what a timing covers, for each contender: trials under MuJoCo's contacts, else steps.
+      kernel: of the lanes engine.
+      stopped: walkers of the lanes engine whose physics diverged, so that they did less work.
+      contacts: active ones of a walker of C MuJoCo, on the average; None where it has none.
+      warnings: of simulations of C MuJoCo that became unstable.
       left_out: contenders that were not measured, and why.
     """
 
     population: int
-    operations_per_step: int
     steps_per_s: Mapping[str, float]
-    steps_per_walker: Mapping[str, int]
+    ratios: Mapping[str, float]
+    amounts: Mapping[str, int]
+    kernel: Kernel
+    stopped: int = 0
+    contacts: float | None = None
+    warnings: int = 0
     left_out: Mapping[str, str] = dataclasses.field(default_factory=dict[str, str])
-
-    def ratio(self, name: str) -> float:
-        """Returns how many times as fast as a contender the reference engine is."""
-        return self.steps_per_s[REFERENCE] / self.steps_per_s[name]
-
-    @property
-    def others(self) -> list[str]:
-        """All contenders but the reference."""
-        return [name for name in self.steps_per_s if name != REFERENCE]
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class CompileSeconds:
-    """Trace and compile of the planar rollout in a fresh process, imports excluded.
-
-    Attributes:
-      cold: with an empty disk cache, s.
-      warm: from the disk cache, s.
-    """
-
-    cold: float
-    warm: float
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -95,35 +109,6 @@ class Scaling:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Arithmetic:
-    """How near the lanes engine comes to what the vector units can do.
-
-    Attributes:
-      operations_per_step: scalar operations, comparisons and selections included.
-      steps_per_s: of all walkers together.
-      peak_gflops: of fused multiply-adds, two operations each, at this width on these threads.
-      width: lanes of a vector.
-      threads: how many run.
-    """
-
-    operations_per_step: int
-    steps_per_s: float
-    peak_gflops: float
-    width: int
-    threads: int
-
-    @property
-    def gflops(self) -> float:
-        """Operations a second reached, in billions."""
-        return 1e-9 * self.operations_per_step * self.steps_per_s
-
-    @property
-    def share_of_peak(self) -> float:
-        """Of the arithmetic peak, between 0 and 1."""
-        return self.gflops / self.peak_gflops
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
 class Machine:
     """Where it was measured.
 
@@ -150,59 +135,66 @@ class Results:
 
     Attributes:
       quick: whether less was measured.
+      file_options: whether bodies under MuJoCo's contacts have the options of their files.
       speeds: by the name of the body.
-      arithmetic: of the planar body.
+      absent: bodies that could not be measured, and why.
+      evolution: of the main body; None where it is not among those asked for.
+      population_scaling: the same.
       versions: of the packages that matter; None where missing.
     """
 
     quick: bool
+    file_options: bool = False
     repeats: int
     speeds: Mapping[str, Speed]
-    compile_s: CompileSeconds
-    evolution: Evolution
-    population_scaling: Scaling
-    arithmetic: Arithmetic
+    absent: Mapping[str, str] = dataclasses.field(default_factory=dict[str, str])
+    evolution: Evolution | None
+    population_scaling: Scaling | None
     machine: Machine
     versions: Mapping[str, str | None]
 
 
 def as_json(results: Results) -> dict[str, Any]:
     """Returns the results as JSON has them, derived figures included."""
-    scaling = results.population_scaling
     return {
         "quick": results.quick,
+        "file_options": results.file_options,
         "repeats": results.repeats,
-        **{body: _speed(speed) for body, speed in results.speeds.items()},
-        "compile_s": dataclasses.asdict(results.compile_s),
-        "lane_utilisation": results.evolution.lane_utilisation,
-        "evolution": {
-            **dataclasses.asdict(results.evolution),
-            "share_of_peak": results.evolution.share_of_peak,
-        },
-        "population_scaling": {
-            **dataclasses.asdict(scaling),
-            "ns_per_step": {str(size): cost for size, cost in scaling.ns_per_step.items()},
-            "steps_per_walker": {str(size): n for size, n in scaling.steps_per_walker.items()},
-            "spread": scaling.spread,
-        },
-        "arithmetic": {
-            **dataclasses.asdict(results.arithmetic),
-            "gflops": results.arithmetic.gflops,
-            "share_of_peak": results.arithmetic.share_of_peak,
-        },
+        "bodies": {body: _speed(speed) for body, speed in results.speeds.items()},
+        "absent": dict(results.absent),
+        "evolution": _evolution(results.evolution),
+        "population_scaling": _scaling(results.population_scaling),
         "machine": dataclasses.asdict(results.machine),
         "versions": dict(results.versions),
+    }
+
+
+def _evolution(evolution: Evolution | None) -> dict[str, Any] | None:
+    if evolution is None:
+        return None
+    return {**dataclasses.asdict(evolution), "share_of_peak": evolution.share_of_peak}
+
+
+def _scaling(scaling: Scaling | None) -> dict[str, Any] | None:
+    if scaling is None:
+        return None
+    return {
+        **dataclasses.asdict(scaling),
+        "ns_per_step": {str(size): cost for size, cost in scaling.ns_per_step.items()},
+        "steps_per_walker": {str(size): n for size, n in scaling.steps_per_walker.items()},
+        "spread": scaling.spread,
     }
 
 
 def _speed(speed: Speed) -> dict[str, Any]:
     return {
         "population": speed.population,
-        "operations_per_step": speed.operations_per_step,
-        **speed.steps_per_s,
-        **{f"{REFERENCE}_over_{name}": speed.ratio(name) for name in speed.others},
-        **dict.fromkeys(speed.left_out),
-        **{f"{REFERENCE}_over_{name}": None for name in speed.left_out},
-        "steps_per_walker": dict(speed.steps_per_walker),
+        "steps_per_s": {**speed.steps_per_s, **dict.fromkeys(speed.left_out)},
+        "ratios": {**speed.ratios, **dict.fromkeys(speed.left_out)},
+        "amounts": dict(speed.amounts),
+        "kernel": dataclasses.asdict(speed.kernel),
+        "stopped": speed.stopped,
+        "contacts": speed.contacts,
+        "warnings": speed.warnings,
         "left_out": dict(speed.left_out),
     }

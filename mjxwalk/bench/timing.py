@@ -52,6 +52,14 @@ def rate(timings: Sequence[Timing]) -> float:
     return statistics.median(timing.work / timing.seconds for timing in timings)
 
 
+def ratio(timings: Sequence[Timing], others: Sequence[Timing]) -> float:
+    """Returns how many times as fast: the median over timings that followed on each other."""
+    pairs = zip(timings, others, strict=True)
+    return statistics.median(
+        (ours.work / ours.seconds) / (theirs.work / theirs.seconds) for ours, theirs in pairs
+    )
+
+
 def _timed(contender: Contender, amount: int, clock: Clock) -> Timing:
     started = clock()
     work = contender(amount)

@@ -7,6 +7,7 @@ from typing import Literal
 import tyro
 
 from mjxwalk import installing, outputs, terminal
+from mjxwalk.bench import names
 from mjxwalk.cli.argument_types import OptionalFile
 from mjxwalk.errors import RunError
 
@@ -18,12 +19,18 @@ class Bench:
     Attributes:
       subject: engines, against C MuJoCo and the CPU's peak; or strategies, against evosax and
         pycma.
-      quick: measure less, in about a minute.
+      bodies: to measure the engines with, or "all"; `mjxwalk bench --bodies list` names them.
+      file_options: integrate, and solve contacts, as the files of the bodies say. Without it bodies
+        under MuJoCo's contacts have Euler's method, one iteration of Newton's and four of its line
+        search, on both sides.
+      quick: measure less, in a few minutes.
       xla: measure the engine lanes-xla also where JAX has only CPUs, for which it compiles slowly.
       json: file to write the numbers to; an old one is replaced.
     """
 
     subject: tyro.conf.Positional[Literal["engines", "strategies"]] = "engines"
+    bodies: tuple[str, ...] = names.USUAL
+    file_options: bool = False
     quick: bool = False
     xla: bool = False
     json: OptionalFile = None
@@ -32,8 +39,14 @@ class Bench:
         """Measures, prints and returns the exit code.
 
         Raises:
-          RunError: the file cannot be written; found out before anything is measured.
+          RunError: the file cannot be written, or there is no body of a name; found out before
+            anything is measured.
         """
+        if self.bodies == ("list",):
+            for name, summary in names.BODIES.items():
+                print(f"{name:<17} {summary}")
+            return 0
+        chosen = names.chosen(self.bodies)
         if self.json is not None:
             outputs.check(self.json, "--json")
         if self.subject == "strategies":
@@ -46,7 +59,8 @@ class Bench:
 
         started = time.perf_counter()
         sizes = measuring.QUICK if self.quick else measuring.FULL
-        measured = measuring.measure(dataclasses.replace(sizes, xla=self.xla), terminal.say)
+        sizes = dataclasses.replace(sizes, xla=self.xla, file_options=self.file_options)
+        measured = measuring.measure(chosen, sizes, terminal.say)
         if self.json is not None:
             outputs.write(self.json, outputs.as_json(results.as_json(measured)))
         bench_tables.show(measured)

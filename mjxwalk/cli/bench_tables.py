@@ -7,11 +7,24 @@ from rich.console import Console
 from rich.table import Table
 
 from mjxwalk import terminal
-from mjxwalk.bench.bodies import BODIES, SAME_WORK
-from mjxwalk.bench.results import REFERENCE, Results, Speed
+from mjxwalk.bench.contenders import LINEAR
+from mjxwalk.bench.names import BODIES, MAIN
+from mjxwalk.bench.results import REFERENCE, Evolution, Results, Scaling, Speed
 from mjxwalk.cli.progress_text import count
 
 MEBIBYTE = 1 << 20
+SAME_WORK = (
+    "where C MuJoCo has no contacts: every walker of ours takes the same number of steps, with "
+    "contacts and control; the rules of a trial are computed but end nobody"
+)
+CONTROL = (
+    "where it has: the same policies, starts and trials of a second on both sides; every fifth "
+    "step a policy of the walker's own reads positions and velocities, and motors hold its targets",
+    "mujoco_batch: the policies in NumPy, between calls of five steps; mujoco_rollout: one call of "
+    "all steps, with the controls of such a trial; mjx: mjx.step of the same model",
+)
+OPTIONS = "MuJoCo's contacts: Euler, 1 iteration of Newton's method and 4 of its line search"
+FILE_OPTIONS = "MuJoCo's contacts: integrator and iterations of the bodies' files, Newton's method"
 
 
 class Section(NamedTuple):
@@ -37,8 +50,8 @@ def show(results: Results) -> None:
 
 def sections(results: Results) -> list[Section]:
     """Returns the results as tables."""
-    speeds = [_speed(body, speed, results) for body, speed in results.speeds.items()]
-    return [*speeds, _scaling(results), _figures(results)]
+    main = [_evolution(results.evolution), _scaling(results.population_scaling)]
+    return [_speeds(results), _kernels(results), *(each for each in main if each)]
 
 
 def lines(section: Section) -> list[str]:
@@ -51,42 +64,99 @@ def lines(section: Section) -> list[str]:
     return [section.title, *(f"  {line.rstrip()}" for line in shown), *section.remarks, ""]
 
 
-def _speed(body: str, speed: Speed, results: Results) -> Section:
-    where = {
-        "lanes": f"{results.arithmetic.threads} CPU threads",
-        "lanes_xla": results.machine.mjx_devices,
-        "mjx": results.machine.mjx_devices,
-        "mujoco_rollout": f"{results.arithmetic.threads} CPU threads",
-    }
+def _speeds(results: Results) -> Section:
+    speeds = results.speeds
+    rivals = list(dict.fromkeys(name for each in speeds.values() for name in each.ratios))
     rows = [
         (
-            name,
-            where.get(name, ""),
-            count(rate),
-            "" if name == REFERENCE else f"{REFERENCE} / {name} = {speed.ratio(name):.3g}",
-            f"{speed.steps_per_walker[name]:,}",
+            body,
+            count(speed.steps_per_s[REFERENCE]),
+            *(cell for name in rivals for cell in _rival(speed, name)),
         )
-        for name, rate in speed.steps_per_s.items()
+        for body, speed in speeds.items()
     ]
-    title = f"{body} body, {speed.population:,} walkers, medians of {results.repeats} in turn"
+    columns = ("body", REFERENCE, *(cell for name in rivals for cell in (name, "x")))
+    sizes = {f"{speed.population:,}" for speed in speeds.values()}
+    title = (
+        f"steps/s, and how many times as fast {REFERENCE} is; {' or '.join(sizes)} walkers, "
+        f"medians of {results.repeats} timings in turn"
+    )
+    return Section(title, columns, rows, _remarks(results))
+
+
+def _rival(speed: Speed, name: str) -> tuple[str, str]:
+    if name not in speed.ratios:
+        return "-", "-"
+    return count(speed.steps_per_s[name]), f"{speed.ratios[name]:.3g}"
+
+
+def _remarks(results: Results) -> list[str]:
+    machine = results.machine
+    threads = max(speed.kernel.threads for speed in results.speeds.values())
+    remarks = [f"{body}: {BODIES[body]}" for body in results.speeds]
+    if any(speed.contacts is not None for speed in results.speeds.values()):
+        remarks += [*CONTROL, OPTIONS if not results.file_options else FILE_OPTIONS]
+    if any(speed.contacts is None for speed in results.speeds.values()):
+        remarks.append(SAME_WORK)
+    if any(LINEAR in speed.ratios for speed in results.speeds.values()):
+        remarks.append(f"{LINEAR}: {REFERENCE} with a linear policy in place of the network")
+    remarks += [
+        f"{body}: {name} left out: {why}"
+        for body, speed in results.speeds.items()
+        for name, why in speed.left_out.items()
+    ]
+    remarks += [f"{body}: left out: {why}" for body, why in results.absent.items()]
+    remarks.append(
+        f"{REFERENCE} and C MuJoCo run on {threads} CPU threads, mjx on {machine.mjx_devices}"
+    )
+    if machine.accelerator:
+        remarks.append(f"mjx ran on an accelerator: {machine.mjx_devices}")
+    load = "" if machine.load_average is None else f", load {machine.load_average:.1f} at the start"
+    packages = [f"{name} {version}" for name, version in results.versions.items() if version]
+    return [
+        *remarks,
+        f"{machine.cpu}, {machine.cores} cores, {machine.usable_cores} to use{load}",
+        ", ".join(packages),
+    ]
+
+
+def _kernels(results: Results) -> Section:
+    rows = [_kernel(body, speed) for body, speed in results.speeds.items()]
+    columns = (
+        "body", "operations", "of the peak", "width", "cold", "warm", "code", "contacts", "stopped",
+        "warnings",
+    )  # fmt: skip
     remarks = [
-        f"controller: {BODIES[body].controller}",
-        f"lanes: {speed.operations_per_step:,} operations a step",
-        SAME_WORK,
-        "mujoco_rollout: C MuJoCo, the same model, contacts and constraints off, no controller",
+        "operations: scalar ones of a step, comparisons and selections included, and the control's "
+        "share; a multiply-add is two",
+        "of the peak: of multiply-adds at this width on these threads, measured in turn",
+        "cold, warm: tracing and compiling in a fresh process, without and with the disk cache",
+        "contacts: active ones of a walker of C MuJoCo, on the average of its trials",
+        "stopped: walkers of lanes whose physics diverged; warnings: simulations of C MuJoCo whose "
+        "did",
     ]
-    remarks += [f"{name} left out: {why}" for name, why in speed.left_out.items()]
-    if {"lanes_xla", "mjx"} <= speed.steps_per_s.keys():
-        faster = speed.steps_per_s["lanes_xla"] / speed.steps_per_s["mjx"]
-        remarks.append(f"lanes_xla / mjx = {faster:.3g}, both on {results.machine.mjx_devices}")
-    if results.machine.accelerator:
-        remarks.append(f"mjx ran on an accelerator: {results.machine.mjx_devices}")
-    columns = ("engine", "runs on", "steps/s", "ratio", "steps a walker")
-    return Section(title, columns, rows, remarks)
+    return Section("the kernels of lanes, and what was met", columns, rows, remarks)
 
 
-def _scaling(results: Results) -> Section:
-    scaling = results.population_scaling
+def _kernel(body: str, speed: Speed) -> tuple[str, ...]:
+    kernel, share = speed.kernel, speed.kernel.share_of_peak
+    return (
+        body,
+        f"{kernel.operations_per_step:,}" if share is not None else "-",
+        "-" if share is None else f"{share:.0%}",
+        f"{kernel.width} x {kernel.threads}",
+        f"{kernel.compile_cold_s:.1f} s",
+        f"{kernel.compile_warm_s:.2f} s",
+        f"{kernel.code_bytes / 1024:,.0f} KiB",
+        "-" if speed.contacts is None else f"{speed.contacts:.1f}",
+        f"{speed.stopped}",
+        f"{speed.warnings}",
+    )
+
+
+def _scaling(scaling: Scaling | None) -> Section | None:
+    if scaling is None:
+        return None
     cheapest = min(scaling.ns_per_step.values())
     rows = [
         (
@@ -103,33 +173,18 @@ def _scaling(results: Results) -> Section:
         f"{peak / MEBIBYTE:,.0f} MiB, {before / MEBIBYTE:,.0f} MiB before they are there"
     ]
     columns = ("population", "cost a step", "over the least", "steps a walker")
-    return Section("cost of a walker's step, lanes", columns, rows, remarks)
+    return Section(f"cost of a walker's step, lanes, {MAIN}", columns, rows, remarks)
 
 
-def _figures(results: Results) -> Section:
-    evolution, units, machine = results.evolution, results.arithmetic, results.machine
-    generations = f"generations 1 to {evolution.generations}"
+def _evolution(evolution: Evolution | None) -> Section | None:
+    if evolution is None:
+        return None
     rows = [
-        ("compile, empty disk cache", f"{results.compile_s.cold:.2f} s"),
-        ("compile, from the disk cache", f"{results.compile_s.warm:.3f} s"),
-        (f"steps/s in {generations}", count(evolution.steps_per_s)),
-        ("  of the peak steps/s", f"{evolution.share_of_peak:.0%}"),
-        ("  lane utilisation", f"{evolution.lane_utilisation:.0%}"),
-        ("operations a step", f"{units.operations_per_step:,}"),
-        ("operations a second", f"{units.gflops:.3g} GFLOP/s"),
-        ("peak, multiply-adds", f"{units.peak_gflops:.3g} GFLOP/s"),
-        ("share of that peak", f"{units.share_of_peak:.0%}"),
-        ("vector width, threads", f"{units.width} x {units.threads}"),
+        ("steps/s", count(evolution.steps_per_s)),
+        ("of the steps/s where nobody falls", f"{evolution.share_of_peak:.0%}"),
+        ("lane utilisation", f"{evolution.lane_utilisation:.0%}"),
     ]
-    load = "" if machine.load_average is None else f", load {machine.load_average:.1f} at the start"
-    packages = [f"{name} {version}" for name, version in results.versions.items() if version]
-    remarks = [
-        "operations: scalar ones of the kernel's loop, comparisons and selections included; a "
-        "multiply-add is two",
-        f"{machine.cpu}, {machine.cores} cores, {machine.usable_cores} to use{load}",
-        ", ".join(packages),
-    ]
-    return Section("lanes with the planar body", ("", ""), rows, remarks)
+    return Section(f"generations 1 to {evolution.generations}, {MAIN}", ("", ""), rows, [])
 
 
 def _show_table(console: Console, section: Section) -> None:

@@ -1,9 +1,8 @@
 """Results made up, with ratios that are easily worked out."""
 
 from mjxwalk.bench.results import (
-    Arithmetic,
-    CompileSeconds,
     Evolution,
+    Kernel,
     Machine,
     Results,
     Scaling,
@@ -14,14 +13,22 @@ RESULTS = Results(
     quick=True,
     repeats=3,
     speeds={
-        "planar": Speed(
+        "planar7-points": Speed(
             population=1024,
-            operations_per_step=2000,
             steps_per_s={"lanes": 50e6, "mjx": 0.2e6, "mujoco_rollout": 0.5e6},
-            steps_per_walker={"lanes": 9000, "mjx": 40, "mujoco_rollout": 100},
+            ratios={"mjx": 250.0, "mujoco_rollout": 100.0},
+            amounts={"lanes": 9000, "mjx": 40, "mujoco_rollout": 100},
+            kernel=Kernel(
+                operations_per_step=2000,
+                share_of_peak=0.4,
+                width=16,
+                threads=2,
+                compile_cold_s=2.5,
+                compile_warm_s=0.05,
+                code_bytes=40 << 10,
+            ),
         )
     },
-    compile_s=CompileSeconds(cold=2.5, warm=0.05),
     evolution=Evolution(
         generations=15,
         population=640,
@@ -34,9 +41,6 @@ RESULTS = Results(
         steps_per_walker={64: 9000, 1024: 5000, 65_536: 1000},
         peak_memory_bytes=700 << 20,
         memory_before_bytes=300 << 20,
-    ),
-    arithmetic=Arithmetic(
-        operations_per_step=2000, steps_per_s=50e6, peak_gflops=250.0, width=16, threads=2
     ),
     machine=Machine(
         cpu="a CPU",

@@ -8,13 +8,15 @@ from mjxwalk.errors import RunError
 
 @pytest.mark.slow
 def test_compiling_is_timed_without_and_with_a_cache() -> None:
-    cold, warm = child.compile_seconds("planar")
-    assert cold > 0 and warm > 0
+    points = child.compiling("planar7-points")
+    assert 0 < points.warm < points.cold and points.code_bytes > 10_000
+    touching = child.compiling("planar7")
+    assert 0 < touching.warm < 0.5 * touching.cold and touching.code_bytes > points.code_bytes
 
 
 @pytest.mark.slow
 def test_memory_is_told_before_and_after_the_population() -> None:
-    memory = child.peak_memory("planar", 64)
+    memory = child.peak_memory("planar7-points", 64)
     assert memory["after"] >= memory["before"] > 10 << 20  # no process with JAX is smaller
 
 

@@ -8,17 +8,27 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mjxwalk.bench import bodies, contenders
+from mjxwalk.bench import bodies, c_contenders, contenders
+from mjxwalk.bench.bodies import PointBody
 from mjxwalk.bench.evolved import Evolved
 from mjxwalk.bench.peak import Peak
+from mjxwalk.bench.workload import Workload
 from mjxwalk.engines import lanes, lanes_xla, mjx
-from mjxwalk.envs import Terrain, Trial
+from mjxwalk.envs import TRIAL_AXES, Terrain, Trial
 from mjxwalk.experiments.experiment import Experiment
 from mjxwalk.rollout import Outcome
 
-PLANAR = bodies.BODIES["planar"]
+
+def points(name: str) -> PointBody:
+    """Returns a body under our contact points."""
+    body = bodies.get(name)
+    assert isinstance(body, PointBody)
+    return body
+
+
+PLANAR = points("planar7-points")
 STUDY = dataclasses.replace(PLANAR.study(), population_size=8)
-LONG = contenders.LONGEST_ROLLOUT + 7  # more than one part
+LONG = c_contenders.LONGEST_ROLLOUT + 7  # more than one part
 
 
 def start(genotype: Any, given: Trial) -> Any:
@@ -32,15 +42,16 @@ def advance(genotype: Any, given: Trial, height: Any) -> Any:
     return height + genotype
 
 
-def climbers(size: int) -> bodies.Workload:
+def climbers(size: int) -> Workload:
     rows: Any = np.zeros(size, np.int32)
     trials = Trial(Terrain(np.ones((1, 3), np.float32), rows))  # type: ignore[arg-type]
-    return bodies.Workload(start, advance, np.arange(size, dtype=np.float32), trials)
+    genotypes = np.arange(size, dtype=np.float32)
+    return Workload(start, advance, genotypes, trials, (0, TRIAL_AXES))
 
 
 @pytest.fixture(scope="module")
 def walking() -> contenders.Engine:
-    return contenders.Engine(lanes.vmap, bodies.workload(PLANAR, 4))
+    return contenders.Engine(lanes.vmap, PLANAR.workload(4))
 
 
 @pytest.mark.parametrize("steps", [1, 3, LONG])
@@ -49,7 +60,7 @@ def test_every_contender_takes_the_same_steps(steps: int) -> None:
         "lanes": contenders.Engine(lanes.vmap, climbers(5)),
         "lanes_xla": contenders.Engine(lanes_xla.vmap, climbers(5)),
         "mjx": contenders.Engine(mjx.vmap, climbers(5)),
-        "mujoco_rollout": contenders.MujocoRollout(PLANAR, 5, 2),
+        **{name: make() for name, make in c_contenders.of_points(PLANAR, 5, 2).items()},
     }
     assert {name: rival(steps) for name, rival in rivals.items()} == dict.fromkeys(
         rivals, 5 * steps
@@ -66,7 +77,7 @@ def test_the_steps_are_taken_and_not_only_counted() -> None:
 
 @pytest.mark.slow
 def test_the_spatial_body_walks_and_is_not_torn_apart() -> None:
-    population = bodies.workload(bodies.BODIES["spatial"], 64)
+    population = points("flame-points").workload(64)
     engine = contenders.Engine(lanes.vmap, population)
     walked = engine.mapped(population.genotypes, population.given, np.int32(200))
     state = walked.walk.state
@@ -76,7 +87,7 @@ def test_the_spatial_body_walks_and_is_not_torn_apart() -> None:
 
 @pytest.mark.slow
 def test_walkers_that_fall_go_on_to_the_last_step(walking: contenders.Engine) -> None:
-    population = bodies.workload(PLANAR, 4)
+    population = PLANAR.workload(4)
     # Without a gait they fall within a second.
     walked = walking.mapped(population.genotypes, population.given, np.int32(2000))
     assert walked.walk.state.trial.done.all()
@@ -117,7 +128,7 @@ def test_the_peak_counts_the_operations_of_its_vectors(width: int) -> None:
 
 
 def test_walkers_differ_in_their_weights_and_share_the_ground() -> None:
-    population = bodies.workload(PLANAR, 3)
+    population = PLANAR.workload(3)
     leaf = jax.tree.leaves(population.genotypes)[0]
     assert leaf.shape[0] == 3 and len(np.unique(leaf.reshape(3, -1), axis=0)) == 3
     assert population.given.ground.heights.shape[0] == 1

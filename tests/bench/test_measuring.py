@@ -4,13 +4,19 @@ import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
+import jax.numpy as jnp
+import numpy as np
 import pytest
 from bench.given import RESULTS
 
 from mjxwalk.bench import bodies, child, contenders, measuring
+from mjxwalk.bench.c_contenders import Observed
 from mjxwalk.bench.measuring import Sizes
+from mjxwalk.bench.names import MAIN
 from mjxwalk.bench.results import as_json
+from mjxwalk.bench.workload import Walked, Workload
 from mjxwalk.cli import bench_tables
+from mjxwalk.errors import RunError
 
 TINY = Sizes(
     quick=True,
@@ -31,7 +37,11 @@ class Counter:
         target = SimpleNamespace(width=8)
         kernel = SimpleNamespace(operations=2000, target=target)
         self.mapped = SimpleNamespace(compiled=kernel, threads=2)
+        self.walked = Walked(SimpleNamespace(qpos=np.zeros((size, 3))), jnp.zeros(size, int))
         self.lane_utilisation = 0.9
+
+    def observe(self) -> Observed:
+        return Observed(2.5, 1)
 
     def __call__(self, amount: int) -> int:
         for _ in range(min(amount, 100_000)):
@@ -44,17 +54,18 @@ def counters(monkeypatch: pytest.MonkeyPatch) -> None:
     """Puts counters in the place of all that computes, and answers for fresh processes."""
 
     def make(body: Any, size: int, threads: int, *, xla: bool, without: Any) -> dict[str, Counter]:
-        names = ("lanes", *(["lanes_xla"] if xla else []), "mjx", "mujoco_rollout")
+        mujoco = "mujoco_batch", "mujoco_rollout"
+        names = ("lanes", *(["lanes_xla"] if xla else []), "mjx", *mujoco)
         return {name: Counter(size) for name in names if name not in without}
 
-    def engine(vmap: Any, workload: bodies.Workload) -> Counter:
+    def engine(vmap: Any, workload: Workload) -> Counter:
         return Counter(len(workload.given.ground.row))
 
     def evolved(study: Any, generations: int) -> Counter:
         return Counter(8)
 
-    def seconds(body: str) -> tuple[float, float]:
-        return 2.0, 0.1
+    def compiling(body: str, *, file_options: bool) -> child.Compiling:
+        return child.Compiling(2.0, 0.1, 1000)
 
     def memory(body: str, size: int) -> dict[str, int]:
         return {"before": 1000, "after": 1000 + size}
@@ -62,61 +73,81 @@ def counters(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contenders, "make", make)
     monkeypatch.setattr(contenders, "Engine", engine)
     monkeypatch.setattr(measuring, "Evolved", evolved)
-    monkeypatch.setattr(child, "compile_seconds", seconds)
+    monkeypatch.setattr(child, "compiling", compiling)
     monkeypatch.setattr(child, "peak_memory", memory)
 
 
-def test_everything_is_measured_and_fits_the_json() -> None:
-    said: list[str] = []
-    data = as_json(measuring.measure(TINY, said.append))
-    assert len(said) == 6
-    planar = data["planar"]
-    assert set(planar["steps_per_walker"]) == {"lanes", "mjx", "mujoco_rollout"}
-    assert planar["lanes_over_mjx"] == planar["lanes"] / planar["mjx"]
-    assert data["compile_s"] == {"cold": 2.0, "warm": 0.1}
-    assert data["lane_utilisation"] == 0.9
+def measured(*names: str, **settings: Any) -> dict[str, Any]:
+    """Returns the JSON of a bench."""
+    found = measuring.measure(names, dataclasses.replace(TINY, **settings), print)
+    bench_tables.show(found)
+    return as_json(found)
+
+
+def test_everything_is_measured_and_fits_the_json(capsys: pytest.CaptureFixture[str]) -> None:
+    data = measured(MAIN)
+    planar = data["bodies"][MAIN]
+    assert set(planar["amounts"]) == {"lanes", "mjx", "mujoco_batch", "mujoco_rollout"}
+    assert planar["ratios"].keys() == planar["amounts"].keys() - {"lanes"}
+    kernel = planar["kernel"]
+    assert (kernel["compile_cold_s"], kernel["compile_warm_s"]) == (2.0, 0.1)
+    assert (kernel["operations_per_step"], kernel["width"], kernel["threads"]) == (2000, 8, 2)
+    assert kernel["share_of_peak"] > 0
+    assert data["evolution"]["lane_utilisation"] == 0.9
     assert data["evolution"]["population"] == 8 and data["evolution"]["generations"] == 3
-    arithmetic = data["arithmetic"]
-    assert (arithmetic["operations_per_step"], arithmetic["width"]) == (2000, 8)
-    assert arithmetic["gflops"] == pytest.approx(2000 * planar["lanes"] / 1e9)
-    assert arithmetic["peak_gflops"] > 0
     assert data["machine"]["usable_cores"] >= 1
     assert data["versions"]["mujoco"]
+    shown = capsys.readouterr().out
+    assert "mujoco_batch" in shown and "lanes_xla" not in shown
 
 
 def test_populations_take_the_shortest_steps_at_least() -> None:
-    scaling = as_json(measuring.measure(TINY, print))["population_scaling"]
+    scaling = measured(MAIN)["population_scaling"]
     assert scaling["steps_per_walker"] == {"2": 50_000_000, "4": 50_000_000}
     assert scaling["peak_memory_bytes"] == 1004
     assert all(cost > 0 for cost in scaling["ns_per_step"].values())
 
 
+def test_what_was_met_is_told_of_bodies_with_contacts() -> None:
+    data = measured("planar7", "flame-points")
+    touching, points = data["bodies"]["planar7"], data["bodies"]["flame-points"]
+    assert (touching["contacts"], touching["warnings"], touching["stopped"]) == (2.5, 1, 0)
+    assert (points["contacts"], points["warnings"]) == (None, 0)
+    assert data["evolution"] is None and data["population_scaling"] is None
+
+
 def test_a_quick_bench_leaves_mjx_out_where_it_compiles_slowly_and_says_so(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    quick = measuring.measure(TINY, print)
-    spatial = as_json(quick)["spatial"]
-    assert spatial["mjx"] is None and spatial["lanes_over_mjx"] is None
+    spatial = measured("flame-points")["bodies"]["flame-points"]
+    assert spatial["steps_per_s"]["mjx"] is None and spatial["ratios"]["mjx"] is None
     assert spatial["left_out"] == {"mjx": measuring.TOO_SLOW}
-    assert spatial["lanes_over_mujoco_rollout"] > 0
-    bench_tables.show(quick)
+    assert spatial["ratios"]["mujoco_rollout"] > 0
     assert f"mjx left out: {measuring.TOO_SLOW}" in capsys.readouterr().out
-    full = measuring.measure(dataclasses.replace(TINY, quick=False), print)
-    assert as_json(full)["spatial"]["lanes_over_mjx"] > 0
+    full = measured("flame-points", quick=False)
+    assert full["bodies"]["flame-points"]["ratios"]["mjx"] > 0
 
 
-def test_what_is_measured_can_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    bench_tables.show(measuring.measure(TINY, print))
-    shown = capsys.readouterr().out
-    assert "lanes / mujoco_rollout = " in shown and "lanes_xla" not in shown
+def test_bodies_of_a_package_that_is_missing_are_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    get: Any = bodies.get
+
+    def missing(name: str, *, file_options: bool = False) -> Any:
+        if name == "walker2d":
+            raise ValueError("no gymnasium")
+        return get(name, file_options=file_options)
+
+    monkeypatch.setattr(bodies, "get", missing)
+    data = measured("planar7", "walker2d")
+    assert list(data["bodies"]) == ["planar7"] and data["absent"] == {"walker2d": "no gymnasium"}
+    assert "walker2d: left out: no gymnasium" in capsys.readouterr().out
+    with pytest.raises(RunError, match="no gymnasium"):
+        measured("walker2d")
 
 
-def test_lanes_xla_is_measured_on_request(capsys: pytest.CaptureFixture[str]) -> None:
-    measured = measuring.measure(dataclasses.replace(TINY, xla=True), print)
-    planar = as_json(measured)["planar"]
-    assert planar["lanes_over_lanes_xla"] == planar["lanes"] / planar["lanes_xla"]
-    bench_tables.show(measured)
-    assert "lanes_xla / mjx = " in capsys.readouterr().out
+def test_lanes_xla_is_measured_on_request() -> None:
+    assert measured(MAIN, xla=True)["bodies"][MAIN]["ratios"]["lanes_xla"] > 0
 
 
 def test_lanes_xla_is_measured_wherever_there_is_an_accelerator(
@@ -124,4 +155,4 @@ def test_lanes_xla_is_measured_wherever_there_is_an_accelerator(
 ) -> None:
     machine = dataclasses.replace(RESULTS.machine, accelerator=True)
     monkeypatch.setattr(measuring, "_machine", lambda: machine)
-    assert measuring.measure(TINY, print).speeds["planar"].steps_per_s["lanes_xla"] > 0
+    assert measured(MAIN)["bodies"][MAIN]["ratios"]["lanes_xla"] > 0

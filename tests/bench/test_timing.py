@@ -40,6 +40,13 @@ def test_a_rate_is_the_median_of_work_over_seconds() -> None:
     assert timing.rate([*timings, timing.Timing(40, 100.0)]) == 20.0
 
 
+def test_a_ratio_is_that_of_timings_which_followed_on_each_other() -> None:
+    """A machine that slows down to a tenth for a while hits both."""
+    ours = [timing.Timing(30, 1.0), timing.Timing(30, 10.0), timing.Timing(33, 1.0)]
+    theirs = [timing.Timing(10, 1.0), timing.Timing(10, 10.0), timing.Timing(10, 1.0)]
+    assert timing.ratio(ours, theirs) == 3.0
+
+
 @pytest.mark.parametrize("seconds", [1e-7, 1e-3, 0.3, 7.0])
 def test_a_calibrated_amount_takes_the_time_asked_for(seconds: float) -> None:
     clock = Clock()

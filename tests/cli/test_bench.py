@@ -10,6 +10,7 @@ from bench.given import RESULTS
 
 from mjxwalk.bench import measuring
 from mjxwalk.bench.measuring import FULL, QUICK, Sizes
+from mjxwalk.bench.names import BODIES, USUAL
 from mjxwalk.bench.results import Results
 from mjxwalk.cli import main
 
@@ -19,7 +20,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Sizes]:
     """Returns the sizes that were measured; the results are made up."""
     measured: list[Sizes] = []
 
-    def measure(sizes: Sizes, say: Any) -> Results:
+    def measure(names: Any, sizes: Sizes, say: Any) -> Results:
+        assert names == USUAL
         measured.append(sizes)
         return RESULTS
 
@@ -57,7 +59,7 @@ def test_an_old_file_is_kept_until_there_are_new_numbers(
     file = tmp_path / "bench.json"
     file.write_text("old")
 
-    def stopped(sizes: Sizes, say: Any) -> Results:
+    def stopped(names: Any, sizes: Sizes, say: Any) -> Results:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(measuring, "measure", stopped)
@@ -72,9 +74,9 @@ def test_json_holds_what_is_shown(
     assert main(["bench", "--quick", "--json", str(file)]) == 0
     assert asked == [QUICK]
     data = json.loads(file.read_text())
-    assert data["planar"]["lanes_over_mjx"] == 250.0
+    assert data["bodies"]["planar7-points"]["ratios"]["mjx"] == 250.0
     shown = capsys.readouterr().out
-    assert "lanes / mjx = 250" in shown
+    assert "200 k  250" in shown
     assert re.search(rf"took \d+ s, wrote {re.escape(str(file))}\n$", shown)
 
 
@@ -84,3 +86,17 @@ def test_quick_measures_less_of_everything(asked: list[Sizes]) -> None:
     assert QUICK.population == FULL.population
     assert QUICK.populations[-1] < FULL.populations[-1]
     assert QUICK.seconds * QUICK.repeats < FULL.seconds * FULL.repeats
+
+
+def test_a_body_that_is_not_there_is_refused_before_measuring(
+    asked: list[Sizes], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["bench", "--bodies", "h1", "walker2"]) == 2
+    assert "--bodies has no walker2; did you mean walker2d" in capsys.readouterr().err
+    assert not asked
+
+
+def test_the_bodies_are_listed(asked: list[Sizes], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--bodies", "list"]) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(BODIES)
+    assert not asked
