@@ -1,6 +1,7 @@
 """The command `mjxwalk bench`."""
 
 import dataclasses
+import os
 import time
 from typing import Literal
 
@@ -52,7 +53,11 @@ class Bench:
         if self.subject == "strategies":
             return self._compare_strategies()
         from mjxwalk import engines
+        from mjxwalk.engines import selection
 
+        # A thread of XLA's that factorises matrices waits for a free one; where each of its devices
+        # did so at once, as in `mjx.step` of a humanoid, all waited for ever.
+        os.environ["NPROC"] = str(2 * selection.num_cores())
         engines.prepare()
         from mjxwalk.bench import measuring, results
         from mjxwalk.cli import bench_tables
