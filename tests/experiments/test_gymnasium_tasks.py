@@ -8,7 +8,7 @@ from mjxwalk import experiments, settings
 from mjxwalk.envs.gymnasium import TASKS, files
 from mjxwalk.envs.gymnasium.healthy import HealthyTask
 
-pytest.importorskip("gymnasium")
+gymnasium = pytest.importorskip("gymnasium")
 
 
 def test_every_task_is_an_experiment_by_its_name() -> None:
@@ -27,6 +27,22 @@ def test_walkers_evolve_without_the_bonus_that_they_are_tested_with(task: str) -
         assert env.healthy_reward == 0.0 < tested.healthy_reward
     assert experiment.controller.layout.inputs == tested.observation_names
     assert experiment.controller.layout.outputs == tested.action_names
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_policies_begin_with_the_noise_of_the_published_search(task: str) -> None:
+    published = {  # in units of the environment's actions
+        "Walker2d-v5": 0.025,
+        "Hopper-v5": 0.025,
+        "HalfCheetah-v5": 0.03,
+        "Ant-v5": 0.025,
+        "Humanoid-v5": 0.0075,
+    }
+    environment = gymnasium.make(task)
+    largest = float(environment.action_space.high[0])  # type: ignore[attr-defined]
+    environment.close()
+    options = experiments.get(f"gymnasium/{task}").strategy.options
+    assert options["sigma"] * largest == pytest.approx(published[task])
 
 
 def test_a_run_is_read_where_gymnasium_is_missing(monkeypatch: Any) -> None:
