@@ -1,9 +1,11 @@
 """Every stage of a compilation as text, for reading.
 
-`python -m mjxwalk.engines.lanes.explain` prints the example of docs/lanes.md.
+`python -m mjxwalk.engines.lanes.explain` prints the example of docs/lanes.md; with `--by-source`,
+the lines that its operations come from.
 """
 
 import re
+import sys
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
@@ -11,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from mjxwalk.engines.lanes import by_source
 from mjxwalk.engines.lanes.backend import machine_code
 from mjxwalk.engines.lanes.backend.kernel import emit_kernel
 from mjxwalk.engines.lanes.frontend.tracing import trace
@@ -84,6 +87,7 @@ def _longest(text: str, boundary: str) -> str:
     return max(re.split(boundary, text), key=len)
 
 
+MOST_ROWS = 25  # of a table of operations
 GEARING = np.eye(2, dtype=np.float32)  # a constant for the compiler to fold away
 
 
@@ -99,5 +103,8 @@ def swing(angle: Any, torque: Any) -> Any:
 
 
 if __name__ == "__main__":
+    if sys.argv[1:] == ["--by-source"]:
+        found = by_source.sources(swing, np.float32(0.1), np.float32(0.0))
+        sys.exit(print(by_source.text(found.of_step, "line", MOST_ROWS)))
     for name, text in explain(swing, np.float32(0.1), np.float32(0.0))._asdict().items():
         print(f"--- {name}\n{text}\n")

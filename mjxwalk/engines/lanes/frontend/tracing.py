@@ -1,7 +1,7 @@
 """From a Python function of one walker to its scalar graph."""
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -59,7 +59,12 @@ class Traced(NamedTuple):
 
 
 def trace(
-    function: Callable[..., Any], tree: Any, arguments: Sequence[Argument], *, anew: bool = True
+    function: Callable[..., Any],
+    tree: Any,
+    arguments: Sequence[Argument],
+    *,
+    anew: bool = True,
+    interpreter: Callable[[Mapping[str, Handler]], Interpreter] = Interpreter,
 ) -> Traced:
     """Returns the scalar graph of a function of one walker.
 
@@ -67,6 +72,7 @@ def trace(
       tree: of the function's positional and keyword arguments.
       anew: whether to use nothing that JAX traced before, such as the body of a scan, since a
         global or an attribute that it reads may have changed.
+      interpreter: makes what interprets the function.
 
     Raises:
       CannotCompileError: the function uses what the engine has no code for.
@@ -81,7 +87,7 @@ def trace(
 
     with _TRACE(next(_TRACES) if anew else 0):
         jaxpr, shapes = jax.make_jaxpr(flat, return_shape=True)(*leaves)
-    interpreter = Interpreter(HANDLERS)
+    interpret = interpreter(HANDLERS)
     for a in [*arguments, *jax.tree.leaves(shapes)]:
         if str(a.dtype) not in NUMBERS:
             raise CannotCompileError(
@@ -93,9 +99,9 @@ def trace(
         for n, a in enumerate(arguments)
     ]
     try:
-        values = interpreter.run(jaxpr.jaxpr, jaxpr.consts, inputs)
+        values = interpret.run(jaxpr.jaxpr, jaxpr.consts, inputs)
     except Refusal as refusal:
         raise refusal.error("a line that JAX did not record") from refusal.__cause__
-    outputs = tuple(node for v in values for node in interpreter.nodes(v).ravel().tolist())
+    outputs = tuple(node for v in values for node in interpret.nodes(v).ravel().tolist())
     results = tuple(Result(tuple(v.array.shape), v.dtype) for v in values)
-    return Traced(interpreter.graph, outputs, results, jax.tree.structure(shapes))
+    return Traced(interpret.graph, outputs, results, jax.tree.structure(shapes))
