@@ -9,15 +9,13 @@ by Euler's angles, z-y-x: yaw about the vertical, then pitch about y, then roll 
 from typing import Any
 
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
-from mjxwalk.envs._mujoco import mjx, mujoco
+from mjxwalk.envs import frames
+from mjxwalk.envs._mujoco import mjx
 from mjxwalk.envs.anatomy import SLIDE
 from mjxwalk.envs.dynamics import Model, PointMass, with_mass
-
-X, Y, Z = np.eye(3)
-Frame = tuple[Array, Array, Array]  # a body's axes, each in the root's axes
+from mjxwalk.envs.frames import Frame, X, Y, Z
 
 
 def freed(spec: Any, root: str) -> Any:
@@ -30,9 +28,9 @@ def freed(spec: Any, root: str) -> Any:
 
 def rotation(euler: Float[Array, "3"]) -> Float[Array, "3 3"]:
     """Returns the matrix that takes the root's axes to the world's, of yaw, pitch and roll."""
-    frame = _identity()
+    frame = frames.identity()
     for axis, angle in zip((Z, Y, X), euler, strict=True):
-        frame = _turned(frame, axis, angle)
+        frame = frames.turned(frame, axis, angle)
     return jnp.stack(frame, axis=1)
 
 
@@ -124,29 +122,29 @@ def _place(
 ) -> tuple[Float[Array, "body 3"], Float[Array, "body 3 3"], Float[Array, "nv 6"]]:
     """Returns all bodies' positions and orientations, and each degree of freedom's motion."""
     places: list[Array] = [jnp.zeros(3)] * 2  # the world's is never read
-    frames: list[Frame] = [_identity()] * 2
+    turns: list[Frame] = [frames.identity()] * 2
     motions = [jnp.eye(6)[3:], jnp.eye(6)[:3]]
     for body in range(2, m.nbody):
         parent = m.body_parentid[body]
-        place = places[parent] + _along(frames[parent], m.body_pos[body])
-        frame = _fixed(frames[parent], m.body_quat[body])
+        place = places[parent] + frames.along(turns[parent], m.body_pos[body])
+        frame = frames.fixed(turns[parent], m.body_quat[body])
         first = m.body_jntadr[body]
         for joint in range(first, first + m.body_jntnum[body]):
-            axis, moved = _along(frame, m.jnt_axis[joint]), angles[joint - 1]
+            axis, moved = frames.along(frame, m.jnt_axis[joint]), angles[joint - 1]
             if m.qpos0[m.jnt_qposadr[joint]]:
                 moved = moved - float(m.qpos0[m.jnt_qposadr[joint]])
             if int(m.jnt_type[joint]) == SLIDE:
                 motions.append(jnp.concatenate([jnp.zeros(3), axis])[None])
                 place = place + moved * axis
                 continue
-            anchor = place + _along(frame, m.jnt_pos[joint])
+            anchor = place + frames.along(frame, m.jnt_pos[joint])
             motions.append(jnp.concatenate([axis, jnp.cross(anchor, axis)])[None])
-            frame = _turned(frame, m.jnt_axis[joint], moved)
+            frame = frames.turned(frame, m.jnt_axis[joint], moved)
             if m.jnt_pos[joint].any():
-                place = anchor - _along(frame, m.jnt_pos[joint])
+                place = anchor - frames.along(frame, m.jnt_pos[joint])
         places.append(place)
-        frames.append(frame)
-    xmat = jnp.stack([jnp.stack(frame, axis=1) for frame in frames])
+        turns.append(frame)
+    xmat = jnp.stack([jnp.stack(frame, axis=1) for frame in turns])
     return jnp.stack(places), xmat, jnp.concatenate(motions)
 
 
@@ -158,9 +156,11 @@ def _inertias(
     for body in range(1, m.nbody):
         mass, (a, b, c) = m.body_mass[body], m.body_inertia[body]
         x, y, z = xmat[body].T
-        centre = xpos[body] + _along((x, y, z), m.body_ipos[body])
+        centre = xpos[body] + frames.along((x, y, z), m.body_ipos[body])
         if m.body_iquat[body][0] != 1.0:
-            x, y, z = (_along((x, y, z), axis) for axis in _turn(m.body_iquat[body]).T)
+            x, y, z = (
+                frames.along((x, y, z), axis) for axis in frames.matrix(m.body_iquat[body]).T
+            )
         # x x' + y y' + z z' = 1 saves the third axis.
         outer = (c - a) * x[:, None] * x + (c - b) * y[:, None] * y
         outer += mass * centre[:, None] * centre
@@ -168,53 +168,3 @@ def _inertias(
         apart = -jnp.stack([outer[0, 1], outer[0, 2], outer[1, 2]])
         rows.append(jnp.concatenate([own, apart, mass * centre, jnp.full(1, mass)]))
     return jnp.stack(rows)
-
-
-def _turn(quat: Float[np.ndarray, "4"]) -> Float[np.ndarray, "3 3"]:
-    """Returns the matrix of a quaternion, w first."""
-    flat = np.zeros(9)
-    mujoco.mju_quat2Mat(flat, quat)
-    return flat.reshape(3, 3)
-
-
-def _identity() -> Frame:
-    return jnp.asarray(X, jnp.float32), jnp.asarray(Y, jnp.float32), jnp.asarray(Z, jnp.float32)
-
-
-def _along(frame: Frame, vector: Float[np.ndarray, "3"]) -> Float[Array, "3"]:
-    """Returns a body's constant vector in the root's axes."""
-    return sum(
-        (float(part) * axis for part, axis in zip(vector, frame, strict=True) if part),
-        start=jnp.zeros(3),
-    )
-
-
-def _fixed(frame: Frame, quat: Float[np.ndarray, "4"]) -> Frame:
-    """Returns the axes of a body that is turned in its parent by a constant quaternion."""
-    if abs(quat[0]) == 1.0:
-        return frame
-    x, y, z = (_along(frame, axis) for axis in _turn(quat).T)
-    return x, y, z
-
-
-def _turned(frame: Frame, axis: Float[np.ndarray, "3"], angle: Float[Array, ""]) -> Frame:
-    """Returns the axes turned about a unit vector in them."""
-    sine, cosine = jnp.sin(angle), jnp.cos(angle)
-    turned = int(np.argmax(np.abs(axis)))
-    if abs(axis[turned]) == 1.0:  # one of the axes, or its opposite
-        first, second = (turned + 1) % 3, (turned + 2) % 3
-        sine = float(axis[turned]) * sine
-        axes = list(frame)
-        axes[first] = cosine * frame[first] + sine * frame[second]
-        axes[second] = cosine * frame[second] - sine * frame[first]
-        return axes[0], axes[1], axes[2]
-    # Rodrigues: what lies along the axis stays, what is across it turns.
-    along = _along(frame, axis)
-
-    def turn(own: int) -> Array:
-        unit = np.eye(3)[own]
-        across = _along(frame, unit - axis[own] * axis)
-        ahead = _along(frame, np.cross(axis, unit))
-        return float(axis[own]) * along + cosine * across + sine * ahead
-
-    return turn(0), turn(1), turn(2)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from mjxwalk.envs.mujoco_law import external
+from mjxwalk.envs.mujoco_law import external, tree_data
 from mjxwalk.envs.mujoco_law.forward import Forward
 from mjxwalk.envs.mujoco_law.model import MujocoModel
 
@@ -56,11 +56,12 @@ def of_start(data: Any, names: tuple[str, ...], place: Place) -> Told:
 
 def of_forward(model: MujocoModel, now: Forward, names: tuple[str, ...], place: Place) -> Told:
     """Returns the values of one evaluation of forces; `ahead` is the place itself."""
+    data = tree_data.about_centre(model, now.data)
     values: dict[str, Callable[[], Array]] = {
-        "ahead": lambda: place(now.data),
-        "cinert": lambda: now.data._impl.cinert,
-        "cvel": lambda: now.data.cvel,
+        "ahead": lambda: place(data),
+        "cinert": lambda: data._impl.cinert,
+        "cvel": lambda: data.cvel,
         "qfrc_actuator": lambda: external.of_motors(model, now),
-        "cfrc_ext": lambda: external.wrenches(model, now),
+        "cfrc_ext": lambda: external.wrenches(model, now._replace(data=data)),
     }
     return Told(**{name: values[name]() for name in names})

@@ -11,12 +11,16 @@ from mjxwalk.envs._mujoco import mjx, mujoco
 from mjxwalk.envs.motor import Action, Limits
 from mjxwalk.envs.mujoco_law import ground as mujoco_ground
 from mjxwalk.envs.mujoco_law import rows as contact_rows
-from mjxwalk.envs.mujoco_law import solver, ties
+from mjxwalk.envs.mujoco_law import smooth, solver, ties, tree_data
+from mjxwalk.envs.mujoco_law import tree as mujoco_tree
 from mjxwalk.envs.mujoco_law.ground import Ground, Touches, level
 from mjxwalk.envs.mujoco_law.model import MujocoModel
+from mjxwalk.envs.mujoco_law.smooth import Masses
 from mjxwalk.envs.mujoco_law.solver import Cones, Rows, Solution
+from mjxwalk.envs.mujoco_law.tree import Tree
 
 _PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
+_NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 TORSO = 1  # number of the body that carries the others
 
 
@@ -53,7 +57,8 @@ class Forward(NamedTuple):
     """Accelerations of a state, and all that they came of.
 
     Attributes:
-      data: the `mjx.Data` with places, velocities and inertias.
+      tree: where it is, and what a free root's turning counts about in all that follows.
+      data: the `mjx.Data` with places and velocities.
       mass: matrix of the degrees of freedom, kg or kg m^2.
       force: on them without constraints, N or N m.
       solution: of the constraints; those of the ground come last.
@@ -61,6 +66,7 @@ class Forward(NamedTuple):
       torque: of each motor, N m.
     """
 
+    tree: Tree
     data: Any
     mass: Float[Array, "nv nv"]
     force: Float[Array, " nv"]
@@ -77,35 +83,57 @@ def compute(
     burden: Burden = NOTHING,
 ) -> Forward:
     """Returns accelerations, and all that they came of."""
-    ours = model.mjx
-    data = model.data.replace(qpos=state.qpos, qvel=state.qvel)
-    data = mjx.fwd_position(ours, data)
+    tree = mujoco_tree.of_positions(model.layout, state.qpos)
+    rates = mujoco_tree.about_world(tree, state.qvel)
+    data = mjx.collision(model.mjx, tree_data.of_tree(model, tree, state.qpos, rates))
+    masses = smooth.masses(tree)
     if burden.load is not None:
-        data = dynamics.with_mass(data, burden.load)
-        data = mjx.tendon_armature(ours, mjx.crb(ours, data))
-    data = mjx.fwd_velocity(ours, data)
+        masses = smooth.with_mass(tree, masses, burden.load)
     limits = Limits(model.lowest, model.highest)
     joints = model.driven + (state.qpos.shape[0] - state.qvel.shape[0])
     torque = motor.driven(
         action, state.qpos[joints], state.qvel[model.driven], limits, ahead=0.0
     ).torque
-    force = data.qfrc_passive - data.qfrc_bias
+    force = data.qfrc_passive - _bias(model, tree, masses, data)
     force = force.at[model.driven].add(torque)
     if burden.push is not None:
         force += _pushed(model, data, burden.push)
-    mass = mjx.full_m(ours, data)
+    mass = _mass(model, tree, masses, data)
     rows, touches = _rows(model, data, ground)
     option = model.mujoco.opt
     solution = solver.solve(
         mass,
         force,
         rows,
-        state.qacc_warmstart,
+        mujoco_tree.about_world(tree, state.qacc_warmstart),
         iterations=int(option.iterations),
         ls_iterations=int(option.ls_iterations),
         tolerance=float(option.tolerance),
     )
-    return Forward(data, mass, force, solution, touches, torque)
+    return Forward(tree, data, mass, force, solution, touches, torque)
+
+
+def _bias(model: MujocoModel, tree: Tree, masses: Masses, data: Any) -> Float[Array, " nv"]:
+    """Returns the force that keeps all rates as they are, N and N m."""
+    found = model.mujoco
+    weightless = int(found.opt.disableflags) & _NO_GRAVITY
+    gravity = np.zeros(3) if weightless else np.array(found.opt.gravity)
+    still = jnp.zeros_like(data.qvel)
+    force = smooth.force_of_motion(tree, masses, data.qvel, still, gravity)
+    if found.ntendon and found.tendon_armature.any():
+        force = mjx.tendon_bias(model.mjx, data.replace(qfrc_bias=force)).qfrc_bias
+    return force
+
+
+def _mass(model: MujocoModel, tree: Tree, masses: Masses, data: Any) -> Float[Array, "nv nv"]:
+    """Returns the mass matrix with armatures of joints and tendons."""
+    found = model.mujoco
+    matrix = smooth.mass_matrix(tree, masses)
+    matrix += jnp.diag(jnp.asarray(found.dof_armature, matrix.dtype))
+    if found.ntendon and found.tendon_armature.any():
+        along = data._impl.ten_J
+        matrix += along.T @ (model.mjx.tendon_armature[:, None] * along)
+    return matrix
 
 
 def _pushed(model: MujocoModel, data: Any, push: Float[Array, "3"]) -> Float[Array, " nv"]:
@@ -118,7 +146,8 @@ def _pushed(model: MujocoModel, data: Any, push: Float[Array, "3"]) -> Float[Arr
 def _rows(model: MujocoModel, data: Any, ground: Ground) -> tuple[Rows, tuple[Touches, ...]]:
     """Returns the constraints that MJX has found, then the ground's; and how that is touched."""
     pyramidal = int(model.mujoco.opt.cone) == _PYRAMIDAL
-    parts, touched = [_found(model, data)], []
+    found = mjx.make_constraint(model.mjx, data)
+    parts, touched = [_found(model, found)], []
     for contacts in model.ground:
         touches = mujoco_ground.touch(contacts, model.mujoco, data, ground, model.planar)
         parts.append(contact_rows.rows(contacts, touches, model.mujoco, data, pyramidal=pyramidal))
@@ -127,7 +156,7 @@ def _rows(model: MujocoModel, data: Any, ground: Ground) -> tuple[Rows, tuple[To
 
 
 def _found(model: MujocoModel, data: Any) -> Rows:
-    """Returns the constraints that MJX has found."""
+    """Returns the constraints that MJX finds."""
     found = data._impl
     place = np.arange(found.efc_J.shape[0])
     equal = place < found.ne

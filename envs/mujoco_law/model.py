@@ -18,8 +18,9 @@ from mjxwalk.envs.derived import motors as mjcf_motors
 from mjxwalk.envs.derived.file_tree import FileTree
 from mjxwalk.envs.derived.source import PLANE, Pose, geoms_of, joints_of
 from mjxwalk.envs.mujoco_law import ground as mujoco_ground
-from mjxwalk.envs.mujoco_law import refusals
+from mjxwalk.envs.mujoco_law import layout, refusals
 from mjxwalk.envs.mujoco_law.ground import GroundContacts
+from mjxwalk.envs.mujoco_law.layout import Layout
 from mjxwalk.envs.mujoco_law.settings import MujocoContact
 
 FLOOR = "floor of the trial"
@@ -52,6 +53,7 @@ class MujocoModel(NamedTuple):
         step sets.
       mjx: the same model for MJX, which leaves out contacts with the floor.
       data: the `mjx.Data` that every step starts from.
+      layout: of its links.
       planar: whether the root moves in the plane.
       turn: from the axes of the file's root to those that are forward, left and up.
       feet: numbers of the bodies of each leg's foot, the one that tells where it is first; () where
@@ -65,6 +67,7 @@ class MujocoModel(NamedTuple):
     mujoco: Any
     mjx: Any
     data: Any
+    layout: Layout
     planar: bool
     turn: Float[np.ndarray, "3 3"]
     feet: tuple[tuple[int, ...], ...]
@@ -118,7 +121,14 @@ def made(spec: Any, pose: Pose, **known: Any) -> MujocoModel:
                 "change the file"
             ) from None
     ground = tuple(_ground(pose, model))
-    return MujocoModel(mujoco=model, mjx=ours, data=data, ground=ground, **known)
+    return MujocoModel(
+        mujoco=model,
+        mjx=ours,
+        data=data,
+        layout=layout.of_model(model),
+        ground=ground,
+        **known,
+    )
 
 
 def spec_of(text: str, law: MujocoContact, timestep: float) -> Any:

@@ -13,6 +13,7 @@ from mjxwalk.envs._mujoco import mjx, mujoco
 from mjxwalk.envs.motor import Action
 from mjxwalk.envs.mujoco_law import coordinates as mujoco_coordinates
 from mjxwalk.envs.mujoco_law import forward as mujoco_forward
+from mjxwalk.envs.mujoco_law import tree as mujoco_tree
 from mjxwalk.envs.mujoco_law.coordinates import Coordinates
 from mjxwalk.envs.mujoco_law.forward import NOTHING, Burden, Forward, MujocoState
 from mjxwalk.envs.mujoco_law.ground import Ground, level
@@ -93,12 +94,13 @@ def advance(
     if int(model.mujoco.opt.integrator) == _RK4:
         return _runge_kutta(model, state, forward, tell, told)
     now = forward(state)
-    qacc = now.solution.qacc
-    matrix = _implicit(model, now, action)
+    found = mujoco_tree.about_root(now.tree, now.solution.qacc)
+    matrix, qacc = _implicit(model, now, action), found
     if matrix is not None:
-        qacc = dynamics.solve(matrix, now.force + now.solution.joint_force)
-    moved = _advance(model, now.data, state.qpos, state.qvel, qacc)
-    return MujocoState(*moved, now.solution.qacc), tell(told, now, jnp.ones((), bool))
+        ending = dynamics.solve(matrix, now.force + now.solution.joint_force)
+        qacc = mujoco_tree.about_root(now.tree, ending)
+    moved = _advance(model, state.qpos, state.qvel, qacc)
+    return MujocoState(*moved, found), tell(told, now, jnp.ones((), bool))
 
 
 def _implicit(model: MujocoModel, now: Forward, action: Action) -> Float[Array, "nv nv"] | None:
@@ -135,7 +137,6 @@ def _in_one_branch(found: Any) -> Float[np.ndarray, "nv nv"]:
 
 def _advance(
     model: MujocoModel,
-    data: Any,
     qpos: Float[Array, " nq"],
     qvel: Float[Array, " nv"],
     qacc: Float[Array, " nv"],
@@ -144,7 +145,7 @@ def _advance(
     # With its damping off, MJX's integrator does nothing else, and it knows quaternions.
     flags = int(model.mujoco.opt.disableflags) | _NO_EULER_DAMPING
     ours = model.mjx.tree_replace({"opt.disableflags": flags})
-    moved = mjx.euler(ours, data.replace(qpos=qpos, qvel=qvel, qacc=qacc))
+    moved = mjx.euler(ours, model.data.replace(qpos=qpos, qvel=qvel, qacc=qacc))
     return moved.qpos, moved.qvel
 
 
@@ -165,14 +166,14 @@ def _runge_kutta(
     def stage(at: _Stage, factors: Float[Array, "3"]) -> tuple[_Stage, None]:
         share, weight, is_first = factors
         slope, now = at.state.qvel, forward(at.state)
-        qacc = now.solution.qacc
-        qpos, _ = _advance(model, model.data, state.qpos, share * slope, nothing)
+        qacc = mujoco_tree.about_root(now.tree, now.solution.qacc)
+        qpos, _ = _advance(model, state.qpos, share * slope, nothing)
         there = MujocoState(qpos, state.qvel + timestep * share * qacc, qacc)
         told = tell(at.told, now, is_first > 0.0)
         return _Stage(there, at.total + weight * slope, at.gain + weight * qacc, told), None
 
     factors = jnp.asarray(np.array([_NEXT, _SUM, (1, 0, 0, 0)]).T, state.qvel.dtype)
     end, _ = jax.lax.scan(stage, _Stage(state, nothing, nothing, told), factors)
-    qpos, _ = _advance(model, model.data, state.qpos, end.total, nothing)
+    qpos, _ = _advance(model, state.qpos, end.total, nothing)
     qvel = state.qvel + timestep * end.gain
     return MujocoState(qpos, qvel, end.state.qacc_warmstart), end.told
