@@ -4,10 +4,11 @@ Bounds hold unless the value is NaN; integers have no NaN, and theirs hold alway
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from mjxwalk.engines.lanes.ir.graph import Graph
+from mjxwalk.engines.lanes.ir.graph import Graph, Node
 from mjxwalk.engines.lanes.ir.semantics import is_float
 
 Range = tuple[float, float]
@@ -36,11 +37,13 @@ def _bounds(graph: Graph, node_id: int, depth: int) -> Range:
         for arg in node.args
         if node.op != "select" or arg != node.args[0]
     ]
+    if node.op == "convert":
+        return _converted(graph.dtype(node.args[0]), node.dtype, *ranges[0])
     low, high = _combined(node.op, ranges)
+    if is_float(node.dtype):
+        return _rounded(graph, node, ranges, low, high)
     least, most = type_bounds(node.dtype)
-    if not is_float(node.dtype) and not (least <= low and high <= most):
-        return _clamped_conversion(node.op, low, high, least, most)
-    return low, high
+    return (low, high) if least <= low and high <= most else (least, most)  # integers wrap around
 
 
 def type_bounds(dtype: str) -> Range:
@@ -53,11 +56,31 @@ def type_bounds(dtype: str) -> Range:
     return float(limits.min), float(limits.max)
 
 
-def _clamped_conversion(op: str, low: float, high: float, least: float, most: float) -> Range:
-    """Integers wrap around; only a conversion from floats clamps instead."""
-    if op == "convert":
-        return max(low, least), min(high, most)
-    return least, most
+def _converted(source: str, dtype: str, low: float, high: float) -> Range:
+    """Returns the range after a conversion: integers wrap, floats clamp and NaN becomes 0."""
+    if is_float(dtype):
+        return _as_float(dtype, low), _as_float(dtype, high)
+    least, most = type_bounds(dtype)
+    if not is_float(source):
+        return (low, high) if least <= low and high <= most else (least, most)
+    low, high = min(max(low, least), most), max(min(high, most), least)
+    whole = (math.trunc(low), math.trunc(high))
+    return float(min(*whole, 0)), float(max(*whole, 0))
+
+
+def _rounded(graph: Graph, node: Node, ranges: Sequence[Range], low: float, high: float) -> Range:
+    """Returns the range of a float after rounding: a sum may have taken in an unrounded product."""
+    low, high = _as_float(node.dtype, low), _as_float(node.dtype, high)
+    if node.op in ("add", "sub") and any(graph.nodes[arg].op == "mul" for arg in node.args):
+        finite = [abs(end) for ends in ranges for end in ends if math.isfinite(end)]
+        slack = max(finite, default=0.0) * float(np.finfo(node.dtype).eps)
+        return low - slack, high + slack
+    return low, high
+
+
+def _as_float(dtype: str, number: float) -> float:
+    with np.errstate(over="ignore"):
+        return float(np.asarray(number, dtype))
 
 
 _BOUNDED = frozenset("min max floor ceil rint convert select and add sub mul neg abs".split())
@@ -86,8 +109,6 @@ def _combined(op: str, ranges: list[Range]) -> Range:
         return (0.0, min(high, high2)) if low >= 0 and low2 >= 0 else (
             (0.0, max(high, high2)) if low >= 0 or low2 >= 0 else ANYTHING
         )  # fmt: skip
-    if op == "convert":  # truncation to an integer
-        return (float(math.ceil(low)) if -math.inf < low < 0 else low), high
     rounding = {"floor": math.floor, "ceil": math.ceil, "rint": round}[op]
     return (
         float(rounding(low)) if math.isfinite(low) else low,
