@@ -17,6 +17,7 @@ from mjxwalk.engines.lanes.frontend.interpreter import (
     Refusal,
 )
 from mjxwalk.engines.lanes.frontend.primitives import (
+    bit_patterns,
     control_flow,
     data_movement,
     elementwise,
@@ -35,6 +36,7 @@ HANDLERS: dict[str, Handler] = {
     **reductions.HANDLERS,
     **linear_algebra.HANDLERS,
     **sorting.HANDLERS,
+    **bit_patterns.HANDLERS,
     **control_flow.HANDLERS,
 }
 

@@ -40,9 +40,14 @@ def _pad(x: Array, fill: Array, p: Params) -> Array:
     return padded[tuple(slice(c, c + size) for c, size in zip(cut, shape, strict=True))]
 
 
+def _reshape(x: Array, p: Params) -> Array:
+    order = p["dimensions"]
+    return (x if order is None else x.transpose(order)).reshape(p["new_sizes"])
+
+
 ONE: dict[str, Callable[[Array, Params], Array]] = {
     "broadcast_in_dim": _broadcast_in_dim,
-    "reshape": lambda x, p: x.reshape(p["new_sizes"]),
+    "reshape": _reshape,
     "squeeze": lambda x, p: x.squeeze(p["dimensions"]),
     "expand_dims": lambda x, p: np.expand_dims(x, p["dimensions"]),
     "transpose": lambda x, p: x.transpose(p["permutation"]),
@@ -50,8 +55,7 @@ ONE: dict[str, Callable[[Array, Params], Array]] = {
     "slice": _slice,
     "tile": lambda x, p: np.tile(x, p["reps"]),
 }
-SAME = ("copy", "copy_p", "stop_gradient", "sharding_constraint", "reduce_precision", "pvary",
-        "reshard")  # fmt: skip
+SAME = ("copy", "copy_p", "stop_gradient", "sharding_constraint", "pvary", "reshard", "name")
 
 
 def _one(mover: Callable[[Array, Params], Array]) -> Handler:
@@ -81,6 +85,12 @@ def _split(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     ]
 
 
+def _unstack(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
+    axis = p["axis"]
+    rows = range(inputs[0].array.shape[axis])
+    return [t.move(lambda x, row=row: x.take(row, axis), inputs[0]) for row in rows]
+
+
 def _padding(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     return [t.move(lambda x, fill: _pad(x, fill, p), *inputs)]
 
@@ -98,6 +108,7 @@ HANDLERS: dict[str, Handler] = {
     "concatenate": _concatenate,
     "stack": _stack,
     "split": _split,
+    "unstack": _unstack,
     "pad": _padding,
     "iota": _iota,
 }
