@@ -10,7 +10,7 @@ from engines.lanes.cases import GROUND, STARTS, stroll
 from jax import lax
 
 from mjxwalk.engines import lanes
-from mjxwalk.engines.lanes.frontend.primitives import control_flow
+from mjxwalk.engines.lanes.frontend.primitives import sizes
 from mjxwalk.engines.lanes.frontend.tracing import trace
 from mjxwalk.engines.lanes.ir.graph import LoopId, reachable, regions
 from mjxwalk.engines.lanes.ir.signature import Argument
@@ -269,6 +269,6 @@ def test_a_branch_that_no_walker_takes_is_passed_over() -> None:
 
 def test_a_long_branch_counts_the_numbers_that_it_makes_alone() -> None:
     moved = jax.make_jaxpr(lambda x: jnp.concatenate([x, x[::-1]]).reshape(2, -1).T)(jnp.ones(900))
-    assert control_flow._work(moved) == 0  # pyright: ignore[reportPrivateUsage]
+    assert sizes.work(moved) == 0
     product = jax.make_jaxpr(lambda x: jax.jit(lambda y: y @ y)(x))(jnp.ones((4, 4)))
-    assert control_flow._work(product) == 4**3  # pyright: ignore[reportPrivateUsage]
+    assert sizes.work(product) == 4**3

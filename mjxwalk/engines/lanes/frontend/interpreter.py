@@ -15,6 +15,7 @@ import numpy as np
 
 from mjxwalk.engines.lanes.errors import CannotCompileError
 from mjxwalk.engines.lanes.frontend import memory
+from mjxwalk.engines.lanes.frontend.key_types import implementation, is_key_type, wrapped
 from mjxwalk.engines.lanes.frontend.memory import ARGUMENT
 from mjxwalk.engines.lanes.ir.graph import OUTSIDE, Array, Graph, LoopId
 from mjxwalk.engines.lanes.ir.semantics import evaluate
@@ -48,14 +49,20 @@ class Nodes:
 
 @dataclasses.dataclass(frozen=True)
 class Keys:
-    """Random keys known while tracing, of JAX's own type; what is drawn from them is known too."""
+    """Random keys: the words that they are made of, uint32[..., words], and JAX's type of them."""
 
-    array: Any
+    words: "Known | Nodes"
+    type: Any
 
     @property
     def dtype(self) -> str:
         """The type of the keys."""
-        return self.array.dtype.name
+        return self.type.name
+
+    @property
+    def array(self) -> Array:
+        """What is shaped as the keys are."""
+        return self.words.array[..., 0]
 
 
 Value = Known | Nodes | Keys
@@ -123,18 +130,28 @@ class Interpreter:
     def _outputs(self, equation: Equation, inputs: list[Value]) -> list[Value]:
         avals = [variable.aval for variable in equation.outvars]
         if avals and all(aval.size == 0 for aval in avals):
-            return [self.known(np.zeros(aval.shape, aval.dtype)) for aval in avals]
+            return [self.zeros(aval.shape, aval.dtype) for aval in avals]
         for aval in avals:
-            if aval.dtype.name not in NUMBERS and not _is_key_type(aval.dtype):
+            if aval.dtype.name not in NUMBERS and not is_key_type(aval.dtype):
                 raise Refusal(f"makes {aval.dtype.name} numbers, which it does not compute with")
-        handler = self._handlers.get(equation.primitive.name)
-        # Loops, branches and calls pass keys on; no other handler knows them.
-        takes_keys = any(isinstance(value, Keys) for value in inputs)
-        if handler is not None and (not takes_keys or _holds_jaxprs(equation)):
-            return handler(self, equation.params, inputs)
-        if not any(isinstance(value, Nodes) for value in inputs):
+        name = equation.primitive.name
+        handler = self._handlers.get(name)
+        keys = [value for value in inputs if isinstance(value, Keys)]
+        if (keys or handler is None) and all(map(is_known, inputs)) and not _holds_jaxprs(equation):
             return self._eagerly(equation, inputs)
-        raise Refusal("is not known to it")
+        if handler is None:
+            raise Refusal("is not known to it")
+        if keys and not (name.startswith("random_") or _holds_jaxprs(equation)):
+            return self._by_words(handler, equation, inputs)
+        return handler(self, equation.params, inputs)
+
+    def _by_words(self, handler: "Handler", equation: Equation, inputs: list[Value]) -> list[Value]:
+        """Returns what a handler that only moves numbers makes of each word of random keys."""
+
+        def output(number: int) -> Value:
+            return self.by_words(lambda *x: handler(self, equation.params, [*x])[number], *inputs)
+
+        return [output(number) for number in range(len(equation.outvars))]
 
     def _eagerly(self, equation: Equation, inputs: list[Value]) -> list[Value]:
         """Lets JAX compute what has no handler here and depends on no walker."""
@@ -142,7 +159,9 @@ class Interpreter:
 
         with jax.ensure_compile_time_eval():
             arrays = [
-                value.array if isinstance(value, Keys) else jax.numpy.asarray(value.array)
+                wrapped(value.words.array, value.type)
+                if isinstance(value, Keys)
+                else jax.numpy.asarray(value.array)
                 for value in inputs
             ]
             outputs = equation.primitive.bind(*arrays, **equation.params)
@@ -151,14 +170,41 @@ class Interpreter:
 
     def known(self, value: Any) -> Known | Keys:
         """Returns numbers or random keys known while tracing."""
-        if _is_keys(value):
-            return Keys(value)
+        import jax
+
+        if isinstance(value, jax.Array) and is_key_type(value.dtype):
+            return Keys(Known(np.asarray(jax.random.key_data(value))), value.dtype)
         return Known(np.asarray(value))
+
+    def zeros(self, shape: Sequence[int], dtype: Any) -> Known | Keys:
+        """Returns an array of zeros of a type of JAX's."""
+        if is_key_type(dtype):
+            words = implementation(dtype).key_shape
+            return Keys(Known(np.zeros((*shape, *words), np.uint32)), dtype)
+        return Known(np.zeros(shape, dtype))
+
+    def by_words(self, function: Callable[..., Value], *values: Value) -> Value:
+        """Returns what moves numbers or chooses among them, done to each word of random keys."""
+        like = next((value for value in values if isinstance(value, Keys)), None)
+        if like is None:
+            return function(*values)
+        made: list[Value] = []
+        for n in range(like.words.array.shape[-1]):
+            words = [
+                self.move(lambda x, n=n: x[..., n], value.words)
+                if isinstance(value, Keys)
+                else value
+                for value in values
+            ]
+            made.append(function(*words))
+        stacked = self.move(lambda *x: np.stack(x, -1), *made)
+        assert not isinstance(stacked, Keys)
+        return Keys(stacked, like.type)
 
     def nodes(self, value: Value) -> Array:
         """Returns the ids of an array's numbers, as nodes of the graph."""
         if isinstance(value, Keys):
-            raise Refusal("needs random keys as numbers; draw from them outside of loops")
+            raise Refusal("needs random keys as numbers; take jax.random.key_data of them")
         if isinstance(value, Known):
             flat = [self.graph.constant(number) for number in value.array.ravel()]
             return np.array(flat, np.int64).reshape(value.array.shape)
@@ -168,7 +214,7 @@ class Interpreter:
         flat = [memory.node(self.graph, number, value.dtype) for number in ids.ravel().tolist()]
         return np.array(flat, np.int64).reshape(ids.shape)
 
-    def folded(self, ids: Array, dtype: str) -> Value:
+    def folded(self, ids: Array, dtype: str) -> Known | Nodes:
         """Returns an array of ids, as known numbers if every one of them is a constant."""
         values = [self.graph.value(number) for number in ids.ravel().tolist()]
         if all(value is not None for value in values):
@@ -201,8 +247,6 @@ class Interpreter:
     def move(self, mover: Callable[..., Array], *values: Value) -> Value:
         """Returns what numpy makes of arrays whose numbers are only moved, never computed with."""
         dtype = values[0].dtype
-        if isinstance(values[0], Keys) and len(values) == 1:
-            return Keys(mover(values[0].array))
         if len(values) == 1 or all(isinstance(value, Known) for value in values):
             moved = np.asarray(mover(*(value.array for value in values)))
             return Known(moved) if isinstance(values[0], Known) else Nodes(moved, dtype)
@@ -243,16 +287,9 @@ def _holds_jaxprs(equation: Equation) -> bool:
     return any(hasattr(part, "jaxpr") or hasattr(part, "eqns") for p in params for part in p)
 
 
-def _is_keys(value: Any) -> bool:
-    import jax
-
-    return isinstance(value, jax.Array) and _is_key_type(value.dtype)
-
-
-def _is_key_type(dtype: Any) -> bool:
-    import jax
-
-    return jax.numpy.issubdtype(dtype, jax.dtypes.prng_key)
+def is_known(value: Value) -> bool:
+    """Returns whether all numbers of a value are known while tracing."""
+    return isinstance(value.words if isinstance(value, Keys) else value, Known)
 
 
 def _line(equation: Equation) -> str:

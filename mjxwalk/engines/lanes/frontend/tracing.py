@@ -13,9 +13,12 @@ from mjxwalk.engines.lanes.frontend.interpreter import (
     NUMBERS,
     Handler,
     Interpreter,
+    Keys,
     Nodes,
     Refusal,
+    Value,
 )
+from mjxwalk.engines.lanes.frontend.key_types import is_key_type, key_type
 from mjxwalk.engines.lanes.frontend.primitives import (
     bit_patterns,
     control_flow,
@@ -23,6 +26,7 @@ from mjxwalk.engines.lanes.frontend.primitives import (
     elementwise,
     indexing,
     linear_algebra,
+    random_keys,
     reductions,
     sorting,
 )
@@ -36,6 +40,7 @@ HANDLERS: dict[str, Handler] = {
     **reductions.HANDLERS,
     **linear_algebra.HANDLERS,
     **sorting.HANDLERS,
+    **random_keys.HANDLERS,
     **bit_patterns.HANDLERS,
     **control_flow.HANDLERS,
 }
@@ -79,9 +84,7 @@ def trace(
     Raises:
       CannotCompileError: the function uses what the engine has no code for.
     """
-    leaves = [
-        jax.ShapeDtypeStruct(a.shape, np.dtype(a.dtype), weak_type=a.weak_type) for a in arguments
-    ]
+    leaves = list(map(_leaf, arguments))
 
     def flat(*leaves: Any) -> Any:
         args, kwargs = jax.tree.unflatten(tree, leaves)
@@ -92,14 +95,16 @@ def trace(
     interpret = interpreter(HANDLERS)
     for a in [*arguments, *jax.tree.leaves(shapes)]:
         if str(a.dtype) not in NUMBERS:
+            if is_key_type(a.dtype):
+                raise CannotCompileError(
+                    "the lanes engine returns numbers, and this function returns random keys; "
+                    "return jax.random.key_data of them"
+                )
             raise CannotCompileError(
                 f"the lanes engine takes and returns numbers of the types {', '.join(NUMBERS)}, "
                 f"got {a.dtype}; use --engine mjx"
             )
-    inputs = [
-        Nodes((ARGUMENT * (n + 1) + np.arange(a.size)).reshape(a.shape), a.dtype)
-        for n, a in enumerate(arguments)
-    ]
+    inputs = [_input(number, argument) for number, argument in enumerate(arguments)]
     try:
         values = interpret.run(jaxpr.jaxpr, jaxpr.consts, inputs)
     except Refusal as refusal:
@@ -107,3 +112,21 @@ def trace(
     outputs = tuple(node for v in values for node in interpret.nodes(v).ravel().tolist())
     results = tuple(Result(tuple(v.array.shape), v.dtype) for v in values)
     return Traced(interpret.graph, outputs, results, jax.tree.structure(shapes))
+
+
+def _leaf(argument: Argument) -> jax.ShapeDtypeStruct:
+    """Returns what JAX traces an argument as."""
+    if argument.generator:
+        kind = key_type(argument.generator)
+        return jax.ShapeDtypeStruct(argument.shape[:-1], kind)
+    dtype = np.dtype(argument.dtype)
+    return jax.ShapeDtypeStruct(argument.shape, dtype, weak_type=argument.weak_type)
+
+
+def _input(number: int, argument: Argument) -> Value:
+    """Returns the nodes of an argument, which are made when they are first read."""
+    places = ARGUMENT * (number + 1) + np.arange(argument.size)
+    nodes = Nodes(places.reshape(argument.shape), argument.dtype)
+    if argument.generator:
+        return Keys(nodes, key_type(argument.generator))
+    return nodes

@@ -76,10 +76,13 @@ def _shift(x: Array, y: Array, kind: str) -> Array:
     return np.where(inside, moved, 0).astype(unsigned).view(x.dtype)
 
 
-def _erf(x: Array) -> Array:
-    import math
+def _special(name: str) -> Callable[[Array], Array]:
+    def evaluate(x: Array) -> Array:
+        from scipy import special  # half a second, for what few models have
 
-    return np.vectorize(math.erf, otypes=[np.float64])(x).astype(x.dtype)
+        return np.asarray(getattr(special, name)(x.astype(np.float64))).astype(x.dtype)
+
+    return evaluate
 
 
 REFERENCE: dict[str, Callable[..., Any]] = {
@@ -132,7 +135,9 @@ REFERENCE: dict[str, Callable[..., Any]] = {
     "logistic": lambda x: (1 / (1 + np.exp(-x))).astype(x.dtype),
     "pow": np.power,
     "cbrt": np.cbrt,
-    "erf": _erf,
+    "erf": _special("erf"),
+    "erfc": _special("erfc"),
+    "erf_inv": _special("erfinv"),
 }
 
 

@@ -7,12 +7,17 @@ import numpy as np
 
 @dataclasses.dataclass(frozen=True)
 class Argument:
-    """An input: one walker's shape and type, and whether all walkers share one."""
+    """An input: one walker's shape and type, and whether all walkers share one.
+
+    Attributes:
+      generator: of random keys, whose words lie along the last axis; nothing for plain numbers.
+    """
 
     shape: tuple[int, ...]
     dtype: str
     weak_type: bool
     shared: bool
+    generator: str = ""
 
     @property
     def size(self) -> int:

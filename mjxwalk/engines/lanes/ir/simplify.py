@@ -194,7 +194,7 @@ def _rint(b: GraphBuilder, dtype: str, args: tuple[int, ...], values: Values) ->
 RULES: dict[str, Rule] = {
     **dict.fromkeys(
         "rem sqrt rsqrt fma shl shr sar bitcast sin cos tan asin acos atan atan2 sinh cosh tanh "
-        "asinh acosh atanh exp exp2 expm1 log log1p logistic cbrt erf".split(),
+        "asinh acosh atanh exp exp2 expm1 log log1p logistic cbrt erf erfc erf_inv".split(),
         _nothing,
     ),
     **boolean_rules.RULES,

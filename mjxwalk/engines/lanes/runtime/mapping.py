@@ -10,6 +10,7 @@ import numpy as np
 
 from mjxwalk.engines.lanes.backend.machine_code import host
 from mjxwalk.engines.lanes.compiler import Compiled, compile_function
+from mjxwalk.engines.lanes.frontend import key_types
 from mjxwalk.engines.lanes.ir.graph import Array
 from mjxwalk.engines.lanes.ir.signature import Argument
 from mjxwalk.engines.lanes.runtime import thread_pool
@@ -167,16 +168,24 @@ def _argument(leaf: Any, axis: int | None) -> Argument:
     if axis is not None:
         place = range(len(shape))[axis]
         shape = shape[:place] + shape[place + 1 :]
+    if _is_keys(aval):
+        kind = key_types.implementation(aval.dtype)
+        return Argument((*shape, *kind.key_shape), "uint32", False, axis is None, kind.name)
     dtype = jax.dtypes.canonicalize_dtype(aval.dtype).name
     return Argument(shape, dtype, bool(getattr(aval, "weak_type", False)), axis is None)
 
 
 def _array(leaf: Any, axis: int | None) -> Array:
     """Returns an argument as contiguous memory, the walkers' axis first."""
-    array = np.asarray(leaf)
+    array = np.asarray(jax.random.key_data(leaf) if _is_keys(leaf) else leaf)
     if axis is not None:
-        array = np.moveaxis(array, axis, 0)
+        array = np.moveaxis(array, range(np.ndim(leaf))[axis], 0)
     return np.ascontiguousarray(array, jax.dtypes.canonicalize_dtype(array.dtype))
+
+
+def _is_keys(leaf: Any) -> bool:
+    dtype = getattr(leaf, "dtype", None)
+    return dtype is not None and key_types.is_key_type(dtype)
 
 
 def _count(leaves: list[Any], axes: list[int | None]) -> int:

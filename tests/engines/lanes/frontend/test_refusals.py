@@ -76,19 +76,7 @@ DRAWN: dict[str, Any] = {
 }
 
 REFUSED: dict[str, tuple[Any, str]] = {
-    "random_fold_in": (
-        lambda x, i: x + jax.random.uniform(jax.random.fold_in(jax.random.key(0), i)),
-        "random_fold_in",
-    ),
-    "keys that a loop changes": (
-        lambda x, i: lax.while_loop(
-            lambda c: c[0] < 3,
-            lambda c: (c[0] + 1, jax.random.split(c[1])[0]),
-            (i, jax.random.key(1)),
-        )[0],
-        "needs random keys as numbers",
-    ),
-    "keys as results": (lambda x, i: jax.random.key(2), "returns numbers of the types"),
+    "keys as results": (lambda x, i: jax.random.key(2), "return jax.random.key_data of them"),
     "complex": (lambda x, i: (x + 1j).real, "makes complex64 numbers"),
     "bfloat16": (lambda x, i: x.astype(jnp.bfloat16) * 2, "bfloat16"),
     "float16": (lambda x, i: (x.astype(jnp.float16) * 2).astype(jnp.float32), "float16"),

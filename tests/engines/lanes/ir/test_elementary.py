@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from jax import lax
 from jax.scipy import special
+from scipy.special import erf, erfc, erfinv
 
 from mjxwalk.engines import lanes
 
@@ -15,6 +16,7 @@ WIDE = np.concatenate([KEY.normal(size=2_000), KEY.uniform(-80, 80, 2_000)]).ast
 SMALL = (KEY.normal(size=1_000) * 10.0 ** KEY.uniform(-30, 0, 1_000)).astype(np.float32)
 ANGLES = np.concatenate([WIDE, KEY.uniform(-1e5, 1e5, 4_000)]).astype(np.float32)
 POSITIVE = (10.0 ** KEY.uniform(-37, 38, 4_000)).astype(np.float32)
+NEARLY_ONE = (1 - 10.0 ** KEY.uniform(-7, 0, 1_000)).astype(np.float32)
 UNIT = np.concatenate([KEY.uniform(-1, 1, 4_000), [-1, 1, 0]]).astype(np.float32)
 
 # Bound in units of the last place of the result; an absolute error near a zero of sin, cos and tan
@@ -40,6 +42,9 @@ CASES: list[tuple[str, Any, Any, Any, int, float]] = [
     ("cbrt", jnp.cbrt, np.cbrt, np.concatenate([WIDE, POSITIVE]), 2, 0),
     ("sqrt", jnp.sqrt, np.sqrt, POSITIVE, 1, 0),
     ("rsqrt", lax.rsqrt, lambda x: 1 / np.sqrt(x), POSITIVE, 3, 0),
+    ("erf", lax.erf, erf, np.concatenate([WIDE, UNIT]), 4, 4e-7),
+    ("erfc", lax.erfc, erfc, WIDE, 12, 0),
+    ("erf_inv", lax.erf_inv, erfinv, np.concatenate([UNIT, SMALL, NEARLY_ONE, -NEARLY_ONE]), 4, 0),
     ("logistic", special.expit, lambda x: 1 / (1 + np.exp(-x)), WIDE, 4, 0),
 ]
 NAMES = [case[0] for case in CASES]

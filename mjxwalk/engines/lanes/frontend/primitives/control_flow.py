@@ -1,6 +1,5 @@
 """Calls, branches and loops."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -9,17 +8,17 @@ from mjxwalk.engines.lanes.frontend.interpreter import (
     Handler,
     Interpreter,
     Jaxpr,
+    Keys,
     Known,
     Nodes,
     Params,
     Value,
 )
-from mjxwalk.engines.lanes.frontend.primitives.data_movement import HANDLERS as MOVERS
 from mjxwalk.engines.lanes.frontend.primitives.elementwise import select_case
+from mjxwalk.engines.lanes.frontend.primitives.sizes import INNER_JAXPR, num_equations, work
 from mjxwalk.engines.lanes.frontend.primitives.windows import int32, read_row, write_row
 from mjxwalk.engines.lanes.ir.graph import LoopId, reachable
 
-INNER_JAXPR = ("jaxpr", "call_jaxpr", "fun_jaxpr")
 MOST_UNROLLED = 2_000  # equations after unrolling a scan; a longer one becomes a loop
 WORTH_SKIPPING = 500  # operations of a branch that lanes enter only if one of them takes it; ours
 
@@ -36,17 +35,20 @@ def _cond(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     taken: list[list[Value]] = []
     for number, branch in enumerate(branches):
         guard = _taken(t, which, number, len(branches))
-        if _work(branch) < WORTH_SKIPPING:
+        if work(branch) < WORTH_SKIPPING:
             with t.inside(guard=guard):
                 taken.append(t.call(branch, operands))
         else:
             taken.append(_skippable(t, guard, branch, operands))
-    return [select_case(t, which, list(cases)) for cases in zip(*taken, strict=True)]
+    return [
+        t.by_words(lambda *values: select_case(t, which, list(values)), *cases)
+        for cases in zip(*taken, strict=True)
+    ]
 
 
 def _skippable(t: Interpreter, guard: int, branch: Jaxpr, operands: list[Value]) -> list[Value]:
     """Returns what a branch gives, computed by a loop of one step, or none if no lane is in."""
-    nothing = [Known(np.zeros(aval.shape, aval.dtype)) for aval in branch.out_avals]
+    nothing = [t.zeros(aval.shape, aval.dtype) for aval in branch.out_avals]
     due = Nodes(np.array(guard, np.int64), "bool")
     done = Known(np.zeros((), np.bool_))
 
@@ -63,37 +65,15 @@ def _inside(t: Interpreter, operand: Value, due: Value) -> Value:
     Else all that the branch makes of it would be seen to be the same in every turn of the loop, and
     be computed before it.
     """
-    if not isinstance(operand, Nodes) or not isinstance(due, Nodes):
+    words = _words(operand)
+    if not isinstance(words, Nodes) or not isinstance(due, Nodes):
         return operand
     tied = int(due.array)
     ids = [
-        t.graph.add("inside", operand.dtype, (node, tied))
-        for node in t.nodes(operand).ravel().tolist()
+        t.graph.add("inside", words.dtype, (node, tied)) for node in t.nodes(words).ravel().tolist()
     ]
-    return Nodes(np.array(ids, np.int64).reshape(operand.array.shape), operand.dtype)
-
-
-def _work(closed: Jaxpr) -> int:
-    """Returns about how many operations a jaxpr comes to, loops counted once."""
-    jaxpr = getattr(closed, "jaxpr", closed)
-    total = 0
-    for equation in jaxpr.eqns:
-        inner = [p for p in equation.params.values() if hasattr(p, "eqns") or hasattr(p, "jaxpr")]
-        inner += equation.params.get("branches", ())
-        total += sum(map(_work, inner)) if inner else _size(equation)
-    return total
-
-
-def _size(equation: Any) -> int:
-    """Returns about how many operations an equation without equations in it comes to."""
-    if equation.primitive.name not in MOVERS:
-        made = sum(variable.aval.size for variable in equation.outvars)
-        if equation.primitive.name == "dot_general":
-            (contracted, _), _ = equation.params["dimension_numbers"]
-            shape = equation.invars[0].aval.shape
-            made *= math.prod(shape[axis] for axis in contracted)
-        return made
-    return 0
+    tied_words = Nodes(np.array(ids, np.int64).reshape(words.array.shape), words.dtype)
+    return Keys(tied_words, operand.type) if isinstance(operand, Keys) else tied_words
 
 
 def _taken(t: Interpreter, which: Value, number: int, count: int) -> int:
@@ -111,27 +91,36 @@ def _taken(t: Interpreter, which: Value, number: int, count: int) -> int:
 
 
 class _Carried:
-    """The carried arrays of a loop as one list of scalars."""
+    """The carried arrays of a loop as one list of scalars; of random keys, their words."""
 
     def __init__(self, t: Interpreter, values: list[Value]) -> None:
         self.interpreter = t
-        self.shapes = [value.array.shape for value in values]
-        self.dtypes = [value.dtype for value in values]
+        self.key_types = [value.type if isinstance(value, Keys) else None for value in values]
+        words = list(map(_words, values))
+        self.shapes = [value.array.shape for value in words]
+        self.dtypes = [value.dtype for value in words]
 
     def flat(self, values: list[Value]) -> list[int]:
         """Returns the node of every number carried."""
-        return [node for value in values for node in self.interpreter.nodes(value).ravel().tolist()]
+        words = map(_words, values)
+        return [node for value in words for node in self.interpreter.nodes(value).ravel().tolist()]
 
     def arrays(self, ids: list[int]) -> list[Value]:
         """Returns the carried arrays that a flat list of nodes stands for."""
         arrays: list[Value] = []
         start = 0
-        for shape, dtype in zip(self.shapes, self.dtypes, strict=True):
+        kinds = zip(self.shapes, self.dtypes, self.key_types, strict=True)
+        for shape, dtype, key_type in kinds:
             size = int(np.prod(shape))
             part = np.array(ids[start : start + size], np.int64).reshape(shape)
-            arrays.append(self.interpreter.folded(part, dtype))
+            words = self.interpreter.folded(part, dtype)
+            arrays.append(words if key_type is None else Keys(words, key_type))
             start += size
         return arrays
+
+
+def _words(value: Value) -> Known | Nodes:
+    return value.words if isinstance(value, Keys) else value
 
 
 def _loop(t: Interpreter, carried: list[Value], test: Any, step: Any) -> list[Value]:
@@ -210,20 +199,22 @@ def _scan(t: Interpreter, p: Params, inputs: list[Value]) -> list[Value]:
     consts, rest = inputs[: p["num_consts"]], inputs[p["num_consts"] :]
     carried, rows = rest[: p["num_carry"]], rest[p["num_carry"] :]
     length = p["length"]
-    if length * _equations(p["jaxpr"]) <= MOST_UNROLLED or length <= 1:
+    if length * num_equations(p["jaxpr"]) <= MOST_UNROLLED or length <= 1:
         return _unrolled(t, p, consts, carried, rows)
     kept = [aval for aval in p["jaxpr"].out_avals[p["num_carry"] :]]
-    outputs: list[Value] = [Known(np.zeros((length, *a.shape), a.dtype)) for a in kept]
+    outputs = [t.zeros((length, *a.shape), a.dtype) for a in kept]
 
     def step(values: list[Value]) -> list[Value]:
         count, state = values[0], values[1 : 1 + len(carried)]
         last = int32(length - 1)
         row = t.apply("sub", "int32", last, count) if p["reverse"] else count
-        xs = [read_row(t, operand, row) for operand in rows]
+        xs = [t.by_words(lambda x: read_row(t, x, row), operand) for operand in rows]
         made = t.call(p["jaxpr"], [*consts, *state, *xs])
         new, ys = made[: len(carried)], made[len(carried) :]
         stored = zip(values[1 + len(carried) :], ys, strict=True)
-        written = [write_row(t, array, row, _one_row(t, y)) for array, y in stored]
+        written = [
+            t.by_words(lambda x, y: write_row(t, x, row, _one_row(t, y)), *pair) for pair in stored
+        ]
         return [t.apply("add", "int32", count, int32(1)), *new, *written]
 
     start: Value = int32(0)
@@ -238,25 +229,13 @@ def _one_row(t: Interpreter, y: Value) -> Value:
     return t.move(lambda x: x[None], y)
 
 
-def _equations(closed: Jaxpr) -> int:
-    """Returns how many equations a jaxpr comes to, those of its calls included."""
-    jaxpr = getattr(closed, "jaxpr", closed)
-    total = 0
-    for equation in jaxpr.eqns:
-        inner = [equation.params[name] for name in INNER_JAXPR if name in equation.params]
-        inner += equation.params.get("branches", ())
-        repeats = equation.params["length"] if equation.primitive.name == "scan" else 1
-        total += 1 + repeats * sum(map(_equations, inner))
-    return total
-
-
 def _unrolled(
     t: Interpreter, p: Params, consts: list[Value], carried: list[Value], rows: list[Value]
 ) -> list[Value]:
     length = p["length"]
     made: list[list[Value]] = []
     for row in range(length - 1, -1, -1) if p["reverse"] else range(length):
-        xs = [t.move(lambda x, row=row: x[row], operand) for operand in rows]
+        xs = [t.by_words(lambda x, row=row: t.move(lambda y: y[row], x), value) for value in rows]
         outputs = t.call(p["jaxpr"], [*consts, *carried, *xs])
         carried = outputs[: p["num_carry"]]
         made.append(outputs[p["num_carry"] :])
@@ -264,9 +243,12 @@ def _unrolled(
         made.reverse()
     if not made:
         avals = p["jaxpr"].out_avals[p["num_carry"] :]
-        return [*carried, *(Known(np.zeros((0, *a.shape), a.dtype)) for a in avals)]
-    columns = zip(*made, strict=True)
-    return [*carried, *(t.move(lambda *xs: np.stack(xs), *column) for column in columns)]
+        return [*carried, *(t.zeros((0, *a.shape), a.dtype) for a in avals)]
+
+    def stacked(*column: Value) -> Value:
+        return t.move(lambda *xs: np.stack(xs), *column)
+
+    return [*carried, *(t.by_words(stacked, *column) for column in zip(*made, strict=True))]
 
 
 CALLS = (

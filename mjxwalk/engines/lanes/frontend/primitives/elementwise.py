@@ -7,7 +7,8 @@ from mjxwalk.engines.lanes.ir.semantics import is_float, is_signed
 
 SAME_NAME = (
     "add sub mul div neg abs max min sqrt rsqrt floor ceil rem sin cos tan asin acos atan atan2 "
-    "sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log1p logistic pow cbrt erf and or xor not"
+    "sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log1p logistic pow cbrt erf erfc erf_inv "
+    "and or xor not"
 ).split()
 COMPARISONS = {"lt": ("lt", False), "le": ("le", False), "gt": ("lt", True), "ge": ("le", True),
                "eq": ("eq", False), "ne": ("ne", False)}  # fmt: skip
