@@ -5,7 +5,7 @@ to about two units in the last place; float64 has longer series. Since they are 
 and cos of one angle share their range reduction without being told to.
 
 sin, cos and tan reduce their argument exactly enough up to 1e5; beyond, the error grows with the
-argument and the result stays within [-1, 1].
+argument and the result stays within [-1, 1]. In float64 they are those of `double_precision`.
 """
 
 import math
@@ -21,6 +21,7 @@ COS = (4.166664568298827e-2, -1.388731625493765e-3, 2.443315711809948e-5)
 EXP = (0.5, 1.6666665459e-1, 4.1665795894e-2, 8.3334519073e-3, 1.3981999507e-3, 1.9875691500e-4)
 LOG = (3.3333331174e-1, -2.4999993993e-1, 2.0000714765e-1, -1.6668057665e-1, 1.4249322787e-1,
        -1.2420140846e-1, 1.1676998740e-1, -1.1514610310e-1, 7.0376836292e-2)  # fmt: skip
+LN_2_IN_TWO = (0.6931471803691238, 1.9082149292705877e-10)  # fdlibm, e_log.c: 33 bits, the rest
 ROUND_BY_ADDING = 12582912.0  # 1.5 * 2**23: adding it leaves the nearest integer in the low bits
 
 
@@ -109,7 +110,8 @@ def _exponential(build: GraphBuilder, x: int, base: float) -> int:
     y = f("min", f("max", x, low), bound)
     turns = f("rint", f("mul", y, 1 / unit))
     r = y
-    for part in _split(unit, 11 if not wide else 32, 2):
+    exact = wide and base != 2  # the rounding of log(2) itself shows
+    for part in LN_2_IN_TWO if exact else _split(unit, 11 if not wide else 32, 2):
         r = f("sub", r, f("mul", turns, part))
     if base == 2:
         r = f("mul", r, math.log(2))
@@ -177,3 +179,24 @@ def _at_infinity(f: Formula, x: int, result: int) -> int:
     not_finite = f("le", math.inf, x)
     result = f.build.select(not_finite, x, result)
     return f.build.select(f("ne", x, x), x, result)
+
+
+def expm1(build: GraphBuilder, x: int) -> int:
+    """Returns e ** x - 1: Kahan's quotient, which cancels the rounding of exp near zero."""
+    f = Formula(build, build.dtype(x))
+    power = exp(build, x)
+    less = f("sub", power, 1.0)
+    result = f("mul", less, f("div", x, log(build, power)))
+    result = build.select(f("eq", less, -1.0), less, result)
+    result = build.select(f("eq", power, math.inf), power, result)
+    return build.select(f("eq", power, 1.0), x, result)
+
+
+def log1p(build: GraphBuilder, x: int) -> int:
+    """Returns log(1 + x)."""
+    f = Formula(build, build.dtype(x))
+    more = f("add", x, 1.0)
+    result = f("mul", log(build, more), f("div", x, f("sub", more, 1.0)))
+    result = build.select(f("eq", more, math.inf), more, result)
+    result = build.select(f("eq", more, 0.0), f.number(-math.inf), result)
+    return build.select(f("eq", more, 1.0), x, result)

@@ -1,14 +1,16 @@
 """Functions that no CPU has an instruction for, written out before code is generated.
 
-`pow` and `cbrt` go through float64; the other functions are refused in that type.
+`pow` and `cbrt` of float32 go through float64. Those in `SINGLE_ALONE` are refused in float64.
 """
 
 import math
 from collections.abc import Callable
 
 from mjxwalk.engines.lanes.errors import CannotCompileError
+from mjxwalk.engines.lanes.ir import double_precision, elementary
 from mjxwalk.engines.lanes.ir.builder import GraphBuilder
-from mjxwalk.engines.lanes.ir.elementary import Formula, cos, exp, exp2, log, sin, tan
+from mjxwalk.engines.lanes.ir.elementary import Formula, exp, exp2, expm1, log, log1p
+from mjxwalk.engines.lanes.ir.error_functions import erf, erf_inv, erfc
 from mjxwalk.engines.lanes.ir.graph import Graph
 from mjxwalk.engines.lanes.ir.simplify import RULES
 
@@ -17,53 +19,32 @@ TANH = (-3.33332819422e-1, 1.33314422036e-1, -5.37397155531e-2, 2.06390887954e-2
 ATAN = (-3.33329491539e-1, 1.99777106478e-1, -1.38776856032e-1, 8.05374449538e-2)
 ASIN = (1.6666752422e-1, 7.4953002686e-2, 4.5470025998e-2, 2.4181311049e-2, 4.2163199048e-2)
 
-# Eigen's, single precision (https://eigen.tuxfamily.org, generic_fast_erf)
-ERF_ABOVE = (-1.60960333262415e-2, -2.95459980854025e-3, -7.34990630326855e-4,
-             -5.69250639462346e-5, -2.10102402082508e-6, 2.77068142495902e-8,
-             -2.72614225801306e-10)  # fmt: skip
-ERF_BELOW = (-1.42647390514189e-2, -7.37332916720468e-3, -1.68282697438203e-3,
-             -2.13374055278905e-4, -1.45660718464996e-5)  # fmt: skip
-
-# Cephes, single precision (erfcf): in 1 / x^2, up to 2 and beyond
-ERFC_NEAR = (5.638259427386472e-1, -2.741127028184656e-1, 3.404879937665872e-1,
-             -4.944515323274145e-1, 6.210004621745983e-1, -5.824733027278666e-1,
-             3.687424674597105e-1, -1.387039388740657e-1, 2.326819970068386e-2)  # fmt: skip
-ERFC_FAR = (5.641895067754075e-1, -2.820767439740514e-1, 4.218463358204948e-1,
-            -1.015265279202700, 2.921019019210786, -7.495518717768503, 12.97719955372516,
-            -10.47766399936249)  # fmt: skip
-
-# M. Giles (2010), Approximating the erfinv function, GPU Computing Gems 2: single precision
-ERF_INV_MIDDLE = (1.50140941, 0.246640727, -0.00417768164, -0.00125372503, 0.00021858087,
-                  -4.39150654e-6, -3.5233877e-6, 3.43273939e-7, 2.81022636e-8)  # fmt: skip
-ERF_INV_TAIL = (2.83297682, 1.00167406, 0.00943887047, -0.0076224613, 0.00573950773,
-                -0.00367342844, 0.00134934322, 0.000100950558, -0.000200214257)  # fmt: skip
+SINGLE_ALONE = ("erf", "erfc", "erf_inv")
 
 
-def _expm1(build: GraphBuilder, x: int) -> int:
-    """Kahan's quotient, which cancels the rounding of exp near zero."""
-    f = Formula(build, build.dtype(x))
-    power = exp(build, x)
-    less = f("sub", power, 1.0)
-    result = f("mul", less, f("div", x, log(build, power)))
-    result = build.select(f("eq", less, -1.0), less, result)
-    result = build.select(f("eq", power, math.inf), power, result)
-    return build.select(f("eq", power, 1.0), x, result)
+def _sin(build: GraphBuilder, x: int) -> int:
+    wide = build.dtype(x) == "float64"
+    return double_precision.sine(build, x, 0) if wide else elementary.sin(build, x)
 
 
-def _log1p(build: GraphBuilder, x: int) -> int:
-    f = Formula(build, build.dtype(x))
-    more = f("add", x, 1.0)
-    result = f("mul", log(build, more), f("div", x, f("sub", more, 1.0)))
-    result = build.select(f("eq", more, math.inf), more, result)
-    result = build.select(f("eq", more, 0.0), f.number(-math.inf), result)
-    return build.select(f("eq", more, 1.0), x, result)
+def _cos(build: GraphBuilder, x: int) -> int:
+    wide = build.dtype(x) == "float64"
+    return double_precision.sine(build, x, 1) if wide else elementary.cos(build, x)
+
+
+def _tan(build: GraphBuilder, x: int) -> int:
+    return build.same("div", _sin(build, x), _cos(build, x))
 
 
 def _tanh(build: GraphBuilder, x: int) -> int:
     f = Formula(build, build.dtype(x))
     size = f("abs", x)
-    square = f("mul", x, x)
-    small = f("add", f("mul", f("mul", f.polynomial(square, TANH), square), x), x)
+    if f.dtype == "float64":
+        less = expm1(build, f("add", x, x))
+        small = f("div", less, f("add", less, 2.0))
+    else:
+        square = f("mul", x, x)
+        small = f("add", f("mul", f("mul", f.polynomial(square, TANH), square), x), x)
     rest = f("div", 2.0, f("add", exp(build, f("add", size, size)), 1.0))
     large = f("sub", 1.0, rest)
     large = build.select(f("lt", x, 0.0), f("neg", large), large)
@@ -77,7 +58,7 @@ def _logistic(build: GraphBuilder, x: int) -> int:
 
 def _sinh(build: GraphBuilder, x: int) -> int:
     f = Formula(build, build.dtype(x))
-    less = _expm1(build, f("abs", x))
+    less = expm1(build, f("abs", x))
     size = f("mul", f("add", less, f("div", less, f("add", less, 1.0))), 0.5)
     size = build.select(f("eq", less, math.inf), less, size)
     return build.select(f("lt", x, 0.0), f("neg", size), size)
@@ -92,6 +73,8 @@ def _cosh(build: GraphBuilder, x: int) -> int:
 def _atan(build: GraphBuilder, x: int) -> int:
     f = Formula(build, build.dtype(x))
     size = f("abs", x)
+    if f.dtype == "float64":
+        return _with_sign(build, double_precision.atan_of_size(build, size), x)
     far, middle = f("lt", 2.414213562373095, size), f("lt", 0.4142135623730950, size)
     inner = f("div", f("sub", size, 1.0), f("add", size, 1.0))
     r = build.select(far, f("neg", f("recip", size)), build.select(middle, inner, size))
@@ -129,6 +112,9 @@ def _atan2(build: GraphBuilder, y: int, x: int) -> int:
 
 def _asin(build: GraphBuilder, x: int) -> int:
     f = Formula(build, build.dtype(x))
+    if f.dtype == "float64":
+        rest = f("mul", f("sub", 1.0, x), f("add", x, 1.0))
+        return _atan(build, f("div", x, f("sqrt", rest)))
     size = f("abs", x)
     large = f("lt", 0.5, size)
     square = build.select(large, f("mul", f("sub", 1.0, size), 0.5), f("mul", x, x))
@@ -141,6 +127,9 @@ def _asin(build: GraphBuilder, x: int) -> int:
 def _acos(build: GraphBuilder, x: int) -> int:
     """By halves where |x| is large, since pi / 2 - asin(x) would cancel."""
     f = Formula(build, build.dtype(x))
+    if f.dtype == "float64":
+        half = _atan(build, f("sqrt", f("div", f("sub", 1.0, x), f("add", x, 1.0))))
+        return f("add", half, half)
     half = f("sqrt", f("mul", f("sub", 1.0, f("abs", x)), 0.5))
     twice = _asin(build, half)
     twice = f("add", twice, twice)
@@ -154,7 +143,7 @@ def _asinh(build: GraphBuilder, x: int) -> int:
     size = f("abs", x)
     square = f("mul", size, size)
     extra = f("div", square, f("add", f("sqrt", f("add", square, 1.0)), 1.0))
-    near = _log1p(build, f("add", size, extra))
+    near = log1p(build, f("add", size, extra))
     far = f("add", log(build, size), math.log(2))
     return _with_sign(build, build.select(f("lt", 1e8, size), far, near), x)
 
@@ -163,7 +152,7 @@ def _acosh(build: GraphBuilder, x: int) -> int:
     f = Formula(build, build.dtype(x))
     less = f("sub", x, 1.0)
     root = f("sqrt", f("mul", less, f("add", x, 1.0)))
-    near = _log1p(build, f("add", less, root))
+    near = log1p(build, f("add", less, root))
     return build.select(f("lt", 1e8, x), f("add", log(build, x), math.log(2)), near)
 
 
@@ -171,16 +160,19 @@ def _atanh(build: GraphBuilder, x: int) -> int:
     f = Formula(build, build.dtype(x))
     size = f("abs", x)
     ratio = f("div", f("add", size, size), f("sub", 1.0, size))
-    return _with_sign(build, f("mul", _log1p(build, ratio), 0.5), x)
+    return _with_sign(build, f("mul", log1p(build, ratio), 0.5), x)
 
 
 def _pow(build: GraphBuilder, x: int, y: int) -> int:
     """exp(y log |x|) in float64, with the cases of the C standard."""
     f = Formula(build, build.dtype(x))
     wide = Formula(build, "float64")
-    size = build.convert(f("abs", x), "float64")
-    power = wide("mul", build.convert(y, "float64"), log(build, size))
-    result = build.convert(exp(build, power), f.dtype)
+    if f.dtype == "float64":
+        result = double_precision.power_of_size(build, f("abs", x), y)
+    else:
+        size = build.convert(f("abs", x), "float64")
+        power = wide("mul", build.convert(y, "float64"), log(build, size))
+        result = build.convert(exp(build, power), f.dtype)
     whole = f("eq", f("floor", y), y)
     half = f("mul", y, 0.5)
     odd = build.same("and", whole, f("ne", f("floor", half), half))
@@ -201,51 +193,21 @@ def _cbrt(build: GraphBuilder, x: int) -> int:
     dtype = build.dtype(x)
     size = build.convert(build.same("abs", x), "float64")
     wide = Formula(build, "float64")
-    root = build.convert(exp(build, wide("mul", log(build, size), 1 / 3)), dtype)
+    root = exp(build, wide("mul", log(build, size), 1 / 3))
+    if dtype == "float64":  # Newton's step, but not from zero or infinity
+        step = wide("div", wide("sub", root, wide("div", size, wide("mul", root, root))), 3.0)
+        inside = build.same("and", wide("lt", 0.0, root), wide("lt", root, math.inf))
+        root = build.select(inside, wide("sub", root, step), root)
+    root = build.convert(root, dtype)
     return _with_sign(build, root, x)
 
 
-def _erf(build: GraphBuilder, x: int) -> int:
-    """An odd rational function, good to 4e-7; 1 or -1 beyond 4."""
-    f = Formula(build, build.dtype(x))
-    inside = f("max", f("min", x, 4.0), -4.0)
-    square = f("mul", inside, inside)
-    above, below = f.polynomial(square, ERF_ABOVE), f.polynomial(square, ERF_BELOW)
-    return f("mul", inside, f("div", above, below))
-
-
-def _erfc(build: GraphBuilder, x: int) -> int:
-    f = Formula(build, build.dtype(x))
-    size = f("abs", x)
-    inverse = f("recip", f("max", size, 1.0))
-    square = f("mul", inverse, inverse)
-    series = f.polynomial(square, ERFC_FAR)
-    series = build.select(f("lt", size, 2.0), f.polynomial(square, ERFC_NEAR), series)
-    size = f("min", size, 16.0)  # beyond, it is 0
-    raised = f("mul", size, size)
-    lost = f("fma", size, size, f("neg", raised))
-    tail = f("mul", f("mul", exp(build, f("neg", raised)), inverse), series)
-    tail = f("sub", tail, f("mul", tail, lost))
-    tail = build.select(f("lt", x, 0.0), f("sub", 2.0, tail), tail)
-    return build.select(f("lt", size, 1.0), f("sub", 1.0, _erf(build, x)), tail)
-
-
-def _erf_inv(build: GraphBuilder, x: int) -> int:
-    f = Formula(build, build.dtype(x))
-    w = f("neg", _log1p(build, f("neg", f("mul", x, x))))
-    middle = f.polynomial(f("sub", w, 2.5), ERF_INV_MIDDLE)
-    tail = f.polynomial(f("sub", f("sqrt", w), 3.0), ERF_INV_TAIL)
-    result = f("mul", build.select(f("lt", w, 5.0), middle, tail), x)
-    infinite = f("mul", x, math.inf)
-    return build.select(f("eq", f("abs", x), 1.0), infinite, result)
-
-
 EXPANSIONS: dict[str, Callable[..., int]] = {
-    "sin": sin, "cos": cos, "tan": tan, "exp": exp, "exp2": exp2, "log": log,
-    "expm1": _expm1, "log1p": _log1p, "tanh": _tanh, "logistic": _logistic, "sinh": _sinh,
+    "sin": _sin, "cos": _cos, "tan": _tan, "exp": exp, "exp2": exp2, "log": log,
+    "expm1": expm1, "log1p": log1p, "tanh": _tanh, "logistic": _logistic, "sinh": _sinh,
     "cosh": _cosh, "atan": _atan, "atan2": _atan2, "asin": _asin, "acos": _acos, "asinh": _asinh,
     "acosh": _acosh, "atanh": _atanh, "pow": _pow, "cbrt": _cbrt,
-    "erf": _erf, "erfc": _erfc, "erf_inv": _erf_inv,
+    "erf": erf, "erfc": erfc, "erf_inv": erf_inv,
 }  # fmt: skip
 
 
@@ -260,7 +222,7 @@ class LoweringBuilder(GraphBuilder):
         expansion = EXPANSIONS.get(op)
         if expansion is None or all(self.graph.value(arg) is not None for arg in args):
             return super().make(op, dtype, args, data)
-        if dtype == "float32" or op in ("exp", "exp2", "log"):
+        if dtype == "float32" or op not in SINGLE_ALONE:
             return expansion(self, *args)
         raise CannotCompileError(
             f"the lanes engine cannot compile `{op}` of {dtype} numbers; use float32, or "

@@ -104,12 +104,14 @@ def test_what_cannot_be_compiled_is_refused_by_name(name: str) -> None:
         lanes.vmap(function)(X, PLACES)
 
 
-def test_functions_of_float64_are_refused_by_name() -> None:
+@pytest.mark.parametrize("function", [lax.erf, lax.erfc, lax.erf_inv])
+def test_error_functions_of_float64_are_refused_by_name(function: Any) -> None:
     with jax.enable_x64(True):
         x = np.ones(3)
         np.testing.assert_array_equal(lanes.vmap(lambda x: x * 2.0)(x), 2 * x)
-        with pytest.raises(lanes.CannotCompileError, match="`sin` of float64"):
-            lanes.vmap(jnp.sin)(x)
+        named = rf"`{function.__name__}` of float64 numbers; use float32"
+        with pytest.raises(lanes.CannotCompileError, match=named):
+            lanes.vmap(function)(x)
 
 
 def test_a_fault_of_a_handler_names_the_line_that_met_it(monkeypatch: Any) -> None:
