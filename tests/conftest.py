@@ -5,12 +5,25 @@ from collections.abc import Iterator
 import jax
 import jaxtyping
 import pytest
+from hypothesis import HealthCheck, settings
 
 from mjxwalk import engines
 from mjxwalk.strategies import registry
 
 jax.config.update("jax_num_cpu_devices", 2)
 engines.prepare()
+
+# The same few examples every time; `--hypothesis-profile=thorough` takes others, and many of them.
+UNHURRIED = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
+settings.register_profile(
+    "few", max_examples=5, derandomize=True, database=None, deadline=None,
+    suppress_health_check=UNHURRIED,
+)  # fmt: skip
+settings.register_profile(
+    "thorough", max_examples=250, database=None, deadline=None, print_blob=True,
+    suppress_health_check=UNHURRIED,
+)  # fmt: skip
+settings.load_profile("few")
 
 
 @pytest.fixture(autouse=True)
