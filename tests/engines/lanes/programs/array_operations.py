@@ -229,6 +229,12 @@ def _choose_pairs(draw: Draw, kinds: Sequence[Kind]) -> Choice:
     return (x, y), (draw(st.sampled_from([1, 2])), draw(st.integers(0, 1)))
 
 
+def _choose_largest(draw: Draw, kinds: Sequence[Kind]) -> Choice:
+    x = _array(draw, kinds, NUMBERS)
+    size = kinds[x].shape[-1]
+    return (x,), (draw(st.integers(min(1, size), size)), draw(st.integers(0, 1)))
+
+
 PLACES = {
     "read": Operation(_choose_place, _read),
     "window": Operation(
@@ -245,6 +251,10 @@ PLACES = {
     "argsort": Operation(
         _along_axis(NUMBERS, down=st.booleans()),
         lambda p, x: jnp.argsort(x, p[0], descending=p[1]).astype(jnp.int32),
+    ),
+    "largest few": Operation(
+        _choose_largest, lambda p, x: lax.top_k(x, p[0])[p[1]],
+        doubt=lambda xs, r: jnp.any((xs[0] == 0) | (xs[0] != xs[0])),  # in order of their signs
     ),
     "sort pairs": Operation(
         _choose_pairs,
