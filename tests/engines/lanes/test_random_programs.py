@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from engines.lanes.programs.agreement import (
@@ -100,3 +101,12 @@ def test_numbers_may_differ_where_rounding_lets_them_and_nowhere_else() -> None:
     assert differing(places + (places < 3), np.stack([places, places]), doubt).tolist() == [0, 1]
     doubt[0] = True  # lanes promises nothing there
     assert differing(places + (places < 3), np.stack([places, places]), doubt).tolist() == [1]
+
+
+def test_the_order_of_a_product_or_a_sum_decides_only_near_the_ends_of_its_type() -> None:
+    for name, numbers in (("cumprod", [0, 3e38, -48]), ("prod", [1e-30, 1e-30, 1e30]),
+                          ("sum", [3e38, 3e38, -3e38])):  # fmt: skip
+        doubt = OPERATIONS[name].doubt
+        assert doubt is not None
+        x = jnp.array(numbers, jnp.float32)
+        assert doubt([x], x) and not doubt([jnp.clip(x, 0.1, 50)], x)
