@@ -10,9 +10,11 @@ from jaxtyping import Array, Float
 
 from mjxwalk.envs import dynamics
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.envs.mujoco_law import report
+from mjxwalk.envs.mujoco_law import report, softness
 from mjxwalk.envs.mujoco_law.forward import Forward
+from mjxwalk.envs.mujoco_law.ground import Touches
 from mjxwalk.envs.mujoco_law.model import MujocoModel
+from mjxwalk.envs.mujoco_law.own_pairs import OwnPairs, Slots
 
 _PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
 _WITHOUT_TURNING = 3  # dimension of a contact with friction along the ground alone
@@ -33,6 +35,9 @@ def wrenches(model: MujocoModel, now: Forward) -> Float[Array, "body 6"]:
         _check(contacts.dim)
         for point, body in enumerate(contacts.body):
             found = found.at[int(body)].add(_wrench(now.data, touches.place[point], pushes[point]))
+    for pairs, slots, touches, pushes in report.of_own_pairs(model, now):
+        _check(pairs.softness.dim)
+        found = found + _of_slots(model, now, pairs, slots, touches, pushes)
     contact = now.data._impl.contact
     for dim in sorted({int(each) for each in contact.dim}):
         _check(dim)
@@ -43,6 +48,26 @@ def wrenches(model: MujocoModel, now: Forward) -> Float[Array, "body 6"]:
         bodies = jnp.asarray(model.mujoco.geom_bodyid)[contact.geom[places]]
         found = found.at[bodies[:, 0]].add(-turned).at[bodies[:, 1]].add(turned)
     return found.at[0].set(0.0)
+
+
+def _of_slots(
+    model: MujocoModel,
+    now: Forward,
+    pairs: OwnPairs,
+    slots: Slots,
+    touches: Touches,
+    pushes: Float[Array, "slot 3"],
+) -> Float[Array, "body 6"]:
+    """Returns torque and force of pairs that touch on each body."""
+
+    def compute() -> Any:
+        sides = np.eye(model.mujoco.nbody)[pairs.bodies]  # pair, end, body
+        sign = jax.vmap(lambda pair: softness.picked(sides[:, 1] - sides[:, 0], pair))(slots.pair)
+        turned = jax.vmap(functools.partial(_wrench, now.data))(touches.place, pushes)
+        return sign.T @ turned
+
+    shape = model.mujoco.nbody, 6
+    return jax.lax.cond(jnp.any(slots.filled), compute, lambda: jnp.zeros(shape, now.force.dtype))
 
 
 def _own_push(model: MujocoModel, now: Forward, place: int, dim: int) -> Float[Array, "3"]:

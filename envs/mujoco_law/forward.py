@@ -1,5 +1,6 @@
 """Accelerations of a state with MuJoCo's own contacts and constraints, and what they come of."""
 
+import functools
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -9,14 +10,17 @@ from jaxtyping import Array, Float
 from mjxwalk.envs import dynamics, motor
 from mjxwalk.envs._mujoco import mjx, mujoco
 from mjxwalk.envs.motor import Action, Limits
+from mjxwalk.envs.mujoco_law import constraints, own_pairs, smooth, solver, ties, tree_data
 from mjxwalk.envs.mujoco_law import ground as mujoco_ground
 from mjxwalk.envs.mujoco_law import rows as contact_rows
-from mjxwalk.envs.mujoco_law import smooth, solver, ties, tree_data
+from mjxwalk.envs.mujoco_law import softness as softnesses
 from mjxwalk.envs.mujoco_law import tree as mujoco_tree
-from mjxwalk.envs.mujoco_law.ground import Ground, Touches, level
+from mjxwalk.envs.mujoco_law.constraints import Cones, Part, Rows
+from mjxwalk.envs.mujoco_law.ground import Ground, GroundContacts, Touches, level
 from mjxwalk.envs.mujoco_law.model import MujocoModel
+from mjxwalk.envs.mujoco_law.own_pairs import OwnPairs, Slots
 from mjxwalk.envs.mujoco_law.smooth import Masses
-from mjxwalk.envs.mujoco_law.solver import Cones, Rows, Solution
+from mjxwalk.envs.mujoco_law.solver import Solution
 from mjxwalk.envs.mujoco_law.tree import Tree
 
 _PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
@@ -61,7 +65,8 @@ class Forward(NamedTuple):
       data: the `mjx.Data` with places and velocities.
       mass: matrix of the degrees of freedom, kg or kg m^2.
       force: on them without constraints, N or N m.
-      solution: of the constraints; those of the ground come last.
+      solution: of the constraints; those of own pairs come before those of the ground, the last.
+      own: pairs of the body's own geoms that touch, as `MujocoModel.pairs` has them.
       touches: how the ground is touched, as `MujocoModel.ground` has it.
       torque: of each motor, N m.
     """
@@ -71,6 +76,7 @@ class Forward(NamedTuple):
     mass: Float[Array, "nv nv"]
     force: Float[Array, " nv"]
     solution: Solution
+    own: tuple[tuple[OwnPairs, Slots, Touches], ...]
     touches: tuple[Touches, ...]
     torque: Float[Array, " motor"]
 
@@ -99,18 +105,18 @@ def compute(
     if burden.push is not None:
         force += _pushed(model, data, burden.push)
     mass = _mass(model, tree, masses, data)
-    rows, touches = _rows(model, data, ground)
+    parts, touched = _parts(model, data, ground)
     option = model.mujoco.opt
     solution = solver.solve(
         mass,
         force,
-        rows,
+        parts,
         mujoco_tree.about_world(tree, state.qacc_warmstart),
         iterations=int(option.iterations),
         ls_iterations=int(option.ls_iterations),
         tolerance=float(option.tolerance),
     )
-    return Forward(tree, data, mass, force, solution, touches, torque)
+    return Forward(tree, data, mass, force, solution, touched.own, touched.ground, torque)
 
 
 def _bias(model: MujocoModel, tree: Tree, masses: Masses, data: Any) -> Float[Array, " nv"]:
@@ -143,16 +149,48 @@ def _pushed(model: MujocoModel, data: Any, push: Float[Array, "3"]) -> Float[Arr
     return dynamics.moves(model.mujoco, TORSO) * (data.cdof @ wrench)
 
 
-def _rows(model: MujocoModel, data: Any, ground: Ground) -> tuple[Rows, tuple[Touches, ...]]:
-    """Returns the constraints that MJX has found, then the ground's; and how that is touched."""
+class _Touched(NamedTuple):
+    """Contacts of a state, as `Forward` has them."""
+
+    own: tuple[tuple[OwnPairs, Slots, Touches], ...]
+    ground: tuple[Touches, ...]
+
+
+def _parts(model: MujocoModel, data: Any, ground: Ground) -> tuple[list[Part], _Touched]:
+    """Returns constraints as MJX finds them, those of own pairs, the ground's; and contacts."""
     pyramidal = int(model.mujoco.opt.cone) == _PYRAMIDAL
-    found = mjx.make_constraint(model.mjx, data)
-    parts, touched = [_found(model, found)], []
+    rows = _found(model, mjx.make_constraint(model.mjx, data))
+    parts = [Part(lambda: rows)]
+    own: list[tuple[OwnPairs, Slots, Touches]] = []
+    for pairs in model.pairs:
+        for slots in own_pairs.touching(pairs, data):
+
+            def of_slots(pairs: OwnPairs = pairs, slots: Slots = slots) -> Rows:
+                touches = own_pairs.touches(pairs, slots, data)
+                softness = softnesses.of_numbers(pairs.softness, slots.pair)
+                return contact_rows.rows(softness, touches, model.mujoco, data, pyramidal=pyramidal)
+
+            part = Part(of_slots, jnp.any(slots.filled))
+            has_cones = pairs.softness.dim > 1 and not pyramidal
+            remakes = has_cones or own_pairs.is_rare(slots)
+            parts.append(part if remakes else constraints.kept(part))
+            own.append((pairs, slots, own_pairs.touches(pairs, slots, data)))
+    touched: list[Touches] = []
     for contacts in model.ground:
-        touches = mujoco_ground.touch(contacts, model.mujoco, data, ground, model.planar)
-        parts.append(contact_rows.rows(contacts, touches, model.mujoco, data, pyramidal=pyramidal))
-        touched.append(touches)
-    return solver.joined(parts), tuple(touched)
+
+        def touch(contacts: GroundContacts = contacts) -> Touches:
+            return mujoco_ground.touch(contacts, model.mujoco, data, ground, model.planar)
+
+        def of_ground(contacts: GroundContacts = contacts, touch: Any = touch) -> Rows:
+            softness = mujoco_ground.softness_of(contacts, model.mujoco)
+            return contact_rows.rows(softness, touch(), model.mujoco, data, pyramidal=pyramidal)
+
+        touched.append(touch())
+        if contacts.is_rare:
+            parts.append(Part(of_ground, jnp.any(touched[-1].touching)))
+        else:
+            parts.append(Part(functools.cache(of_ground)))
+    return parts, _Touched(tuple(own), tuple(touched))
 
 
 def _found(model: MujocoModel, data: Any) -> Rows:

@@ -6,7 +6,7 @@ lies there. On level ground these are the contacts that C MuJoCo has of a plane 
 capsules, boxes, cylinders and ellipsoids.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -15,8 +15,8 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from mjxwalk.envs._mujoco import mujoco
-from mjxwalk.envs.derived import points as mjcf_points
-from mjxwalk.envs.derived.source import Pose
+from mjxwalk.envs.mujoco_law import softness
+from mjxwalk.envs.mujoco_law.softness import Softness
 
 _GEOM = mujoco.mjtGeom
 SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = (
@@ -76,6 +76,7 @@ class GroundContacts(NamedTuple):
       solref: MuJoCo's stiffness and damping.
       solreffriction: the same of friction; zeros for that of the normal.
       solimp: MuJoCo's impedance.
+      is_rare: whether they are of geoms that are far above the ground as trials start.
     """
 
     dim: int
@@ -88,6 +89,7 @@ class GroundContacts(NamedTuple):
     solref: Float[np.ndarray, "point 2"]
     solreffriction: Float[np.ndarray, "point 2"]
     solimp: Float[np.ndarray, "point 5"]
+    is_rare: bool
 
 
 class Touches(NamedTuple):
@@ -108,71 +110,18 @@ class Touches(NamedTuple):
     under: Under
 
 
-def find(pose: Pose, model: Any, contact: Any, floors: Sequence[int]) -> list[GroundContacts]:
-    """Returns the points of all geoms that collide with a floor, by their dimension.
-
-    Args:
-      pose: that trials start in, of the file.
-      model: the `mujoco.MjModel` with the floors.
-      contact: `mujoco.MjData.contact` where all of them touch one.
-      floors: numbers of the geoms that the ground replaces.
-    """
-    pairs = np.asarray(contact.geom)
-    of_geom: dict[int, int] = {}  # a contact with a floor, for what it says of margin, friction ...
-    for place, (one, two) in enumerate(pairs.tolist()):
-        for floor, geom in ((one, two), (two, one)):
-            if floor in floors and geom not in floors:
-                of_geom.setdefault(geom, place)
-    found: list[GroundContacts] = []
-    for dim in (1, 3, 4, 6):
-        geoms = [geom for geom, place in of_geom.items() if int(contact.dim[place]) == dim]
-        if geoms:
-            found.append(_of_dimension(pose, model, contact, dim, geoms, of_geom))
-    return found
-
-
-def _of_dimension(
-    pose: Pose, model: Any, contact: Any, dim: int, geoms: list[int], of_geom: dict[int, int]
-) -> GroundContacts:
-    shapes: list[tuple[int, tuple[int, ...]]] = []
-    corners: list[Any] = []
-    owners: list[int] = []
-    for kind in (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH):
-        own = tuple(geom for geom in geoms if int(model.geom_type[geom]) == kind)
-        if not own:
-            continue
-        shapes.append((kind, own))
-        if kind == MESH:
-            corners += [_mesh_corners(pose, geom) for geom in own]
-            num = [len(each) for each in corners]
-        else:
-            num = [{SPHERE: 1, CAPSULE: 2, ELLIPSOID: 1, CYLINDER: 4, BOX: 4}[kind]] * len(own)
-        owners += [geom for geom, each in zip(own, num, strict=True) for _ in range(each)]
-    places = np.array([of_geom[geom] for geom in owners])
-    return GroundContacts(
-        dim,
-        tuple(shapes),
-        tuple(corners),
-        np.array(owners),
-        np.asarray(model.geom_bodyid)[owners],
-        *(
-            np.asarray(getattr(contact, name))[places]
-            for name in ("includemargin", "friction", "solref", "solreffriction", "solimp")
-        ),
+def softness_of(contacts: GroundContacts, model: Any) -> Softness:
+    """Returns how contacts yield."""
+    return softness.of_contacts(
+        model,
+        contacts.dim,
+        np.stack([np.zeros_like(contacts.body), contacts.body], axis=1),
+        contacts.margin,
+        contacts.friction,
+        contacts.solref,
+        contacts.solreffriction,
+        contacts.solimp,
     )
-
-
-def _mesh_corners(pose: Pose, geom: int) -> Float[np.ndarray, "corner 3"]:
-    """Returns the points of a mesh that may touch the ground.
-
-    ours: as contact law points has them, those of the lower half as the body stands; C MuJoCo takes
-    the lowest three that it finds in each step.
-    """
-    flat = np.zeros(9)
-    mujoco.mju_quat2Mat(flat, pose.model.geom_quat[geom])
-    chosen = mjcf_points.spread(mjcf_points.lower(pose, geom))
-    offsets = np.array([each.offset for each in chosen]) - pose.model.geom_pos[geom]
-    return offsets @ flat.reshape(3, 3)
 
 
 def touch(contacts: GroundContacts, model: Any, data: Any, ground: Ground, planar: bool) -> Touches:

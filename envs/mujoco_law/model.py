@@ -17,10 +17,10 @@ from mjxwalk.envs.derived import file_tree
 from mjxwalk.envs.derived import motors as mjcf_motors
 from mjxwalk.envs.derived.file_tree import FileTree
 from mjxwalk.envs.derived.source import PLANE, Pose, geoms_of, joints_of
-from mjxwalk.envs.mujoco_law import ground as mujoco_ground
-from mjxwalk.envs.mujoco_law import layout, refusals
+from mjxwalk.envs.mujoco_law import ground_geoms, layout, own_pairs, refusals
 from mjxwalk.envs.mujoco_law.ground import GroundContacts
 from mjxwalk.envs.mujoco_law.layout import Layout
+from mjxwalk.envs.mujoco_law.own_pairs import OwnPairs
 from mjxwalk.envs.mujoco_law.settings import MujocoContact
 
 FLOOR = "floor of the trial"
@@ -51,13 +51,15 @@ class MujocoModel(NamedTuple):
     Attributes:
       mujoco: the `mujoco.MjModel`, its floor level; its actuators are the motors, with gains that a
         step sets.
-      mjx: the same model for MJX, which leaves out contacts with the floor.
+      mjx: the same model for MJX, which leaves out contacts with the floor, and all if there are
+        `pairs`.
       data: the `mjx.Data` that every step starts from.
       layout: of its links.
       planar: whether the root moves in the plane.
       turn: from the axes of the file's root to those that are forward, left and up.
       feet: numbers of the bodies of each leg's foot, the one that tells where it is first; () where
         no legs are known.
+      pairs: of geoms that may touch each other; () where they are left to MJX.
       ground: where geoms may touch the ground, by the dimension of contact.
       driven: degree of freedom of each motor.
       lowest: torque that each motor gives at least, N m.
@@ -71,6 +73,7 @@ class MujocoModel(NamedTuple):
     planar: bool
     turn: Float[np.ndarray, "3 3"]
     feet: tuple[tuple[int, ...], ...]
+    pairs: tuple[OwnPairs, ...]
     ground: tuple[GroundContacts, ...]
     driven: Any
     lowest: Float[np.ndarray, " motor"]
@@ -115,6 +118,10 @@ def made(spec: Any, pose: Pose, **known: Any) -> MujocoModel:
         try:
             bare = _without_floor(spec, model)
             ours, data = mjx.put_model(bare), mjx.make_data(bare)
+            pairs = own_pairs.find(bare, ours, data)
+            if pairs:
+                bare.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+                ours, data = mjx.put_model(bare), mjx.make_data(bare)
         except NotImplementedError as error:
             raise ValueError(
                 f"contact law mujoco: MJX cannot compute it ({error}); use contact law points, or "
@@ -126,6 +133,7 @@ def made(spec: Any, pose: Pose, **known: Any) -> MujocoModel:
         mjx=ours,
         data=data,
         layout=layout.of_model(model),
+        pairs=pairs,
         ground=ground,
         **known,
     )
@@ -220,7 +228,7 @@ def _ground(pose: Pose, model: Any) -> list[GroundContacts]:
     flooded.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
     data = mujoco.MjData(flooded)
     mujoco.mj_fwdPosition(flooded, data)
-    return mujoco_ground.find(pose, model, data.contact, planes)
+    return ground_geoms.find(pose, model, data.contact, planes)
 
 
 def _without_floor(spec: Any, model: Any) -> Any:

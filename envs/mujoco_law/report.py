@@ -7,8 +7,13 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs.mujoco_law import ground, rows
+from mjxwalk.envs.mujoco_law import softness as softnesses
+from mjxwalk.envs.mujoco_law.forward import Forward
 from mjxwalk.envs.mujoco_law.ground import GroundContacts, Touches
 from mjxwalk.envs.mujoco_law.model import MujocoModel
+from mjxwalk.envs.mujoco_law.own_pairs import OwnPairs, Slots
+from mjxwalk.envs.mujoco_law.softness import Softness
 
 _PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
 
@@ -84,21 +89,46 @@ def of_ground(
     return found
 
 
+def of_own_pairs(
+    model: MujocoModel, now: Forward
+) -> list[tuple[OwnPairs, Slots, Touches, Float[Array, "slot 3"]]]:
+    """Returns the force on the second geom of each slot's pair, world axes, N."""
+    pyramidal = int(model.mujoco.opt.cone) == _PYRAMIDAL
+    pushed = now.solution.force
+    start = pushed.shape[0] - sum(_num_rows(model, each) for each in model.ground)
+    found: list[tuple[OwnPairs, Slots, Touches, Array]] = []
+    for pairs, slots, touches in reversed(now.own):
+        softness = softnesses.of_numbers(pairs.softness, slots.pair)
+        each = rows.num(softness.dim, pyramidal=pyramidal)
+        end, start = start, start - each * slots.pair.shape[0]
+        force = pushed[start:end].reshape(-1, each)
+        found.append((pairs, slots, touches, _of_rows(softness, touches, force, pyramidal)))
+    return found
+
+
 def _num_rows(model: MujocoModel, contacts: GroundContacts) -> int:
-    edges = contacts.dim > 1 and int(model.mujoco.opt.cone) == _PYRAMIDAL
-    return len(contacts.geom) * (2 * (contacts.dim - 1) if edges else contacts.dim)
+    pyramidal = int(model.mujoco.opt.cone) == _PYRAMIDAL
+    return len(contacts.geom) * rows.num(contacts.dim, pyramidal=pyramidal)
 
 
 def _pushes(
     model: MujocoModel, contacts: GroundContacts, touches: Touches, force: Float[Array, " row"]
 ) -> Float[Array, "point 3"]:
     """Returns the ground's force on each point, world axes, N."""
-    num, axes = len(contacts.geom), min(contacts.dim, 3) - 1  # of friction along the ground
-    each = force.reshape(num, -1)
-    if contacts.dim > 1 and int(model.mujoco.opt.cone) == _PYRAMIDAL:
+    pyramidal = int(model.mujoco.opt.cone) == _PYRAMIDAL
+    softness = ground.softness_of(contacts, model.mujoco)
+    return _of_rows(softness, touches, force.reshape(len(contacts.geom), -1), pyramidal)
+
+
+def _of_rows(
+    softness: Softness, touches: Touches, each: Float[Array, "point row"], pyramidal: bool
+) -> Float[Array, "point 3"]:
+    """Returns the force of the rows of each contact, world axes, N."""
+    num, axes = len(each), min(softness.dim, 3) - 1  # of friction along the surface
+    if softness.dim > 1 and pyramidal:
         # The edges of a pyramid lean to either side, by friction's coefficient.
         edges = each.reshape(num, -1, 2)
-        friction = jnp.asarray(contacts.friction[:, :axes], force.dtype)
+        friction = jnp.asarray(softness.friction[:, :axes], each.dtype)
         if touches.under.friction is not None:
             friction = friction * touches.under.friction[:, None]
         along = friction * (edges[:, :axes, 0] - edges[:, :axes, 1])

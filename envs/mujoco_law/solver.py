@@ -6,14 +6,11 @@ constraint (https://mujoco.readthedocs.io/en/stable/computation/index.html#const
 minimises it gets MuJoCo's result, by whatever way. This way does little: what is zero in a tree's
 mass matrix stays zero, nothing is computed twice for both triangles of a matrix, and a step's
 length is found by derivatives alone, which float32 tells apart better than costs.
-
-A row's velocity along its constraint is to change at a rate `target`; its cost is half of
-`weight` times the square of what is missing, linear beyond the forces that the row can give. Rows
-of an elliptic cone have a cost together.
 """
 
+import functools
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -21,41 +18,9 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from mjxwalk.envs import dynamics
+from mjxwalk.envs.mujoco_law.constraints import TINY, Cones, Part, Rows, law_of, weighted, when
 
-TINY = 1e-15  # as MuJoCo's own smallest number
 MOST_WRITTEN_OUT = 8  # iterations of the line search; ours: more are a loop that may end early
-
-
-class Rows(NamedTuple):
-    """Constraints of one step.
-
-    Attributes:
-      jacobian: from velocities of the degrees of freedom to those along each row.
-      weight: inverse of each row's regularisation, kg or kg m^2; 0 of a row that does nothing.
-      target: acceleration along each row, m/s^2 or rad/s^2.
-      lowest: force that a row gives at least, N or N m.
-      highest: force that a row gives at most, N or N m.
-      cones: of the rows that form elliptic cones, those of each dimension.
-    """
-
-    jacobian: Float[Array, "row dof"]
-    weight: Float[Array, " row"]
-    target: Float[Array, " row"]
-    lowest: Float[Array, " row"]
-    highest: Float[Array, " row"]
-    cones: tuple["Cones", ...] = ()
-
-
-class Cones(NamedTuple):
-    """Contacts whose friction is limited by an elliptic cone, all of one dimension.
-
-    Attributes:
-      rows: of each contact, the normal one first.
-      friction: of each row of a contact; of the normal one that of the regularised cone.
-    """
-
-    rows: Int[np.ndarray, "contact axis"]
-    friction: Float[Array, "contact axis"]
 
 
 class Solution(NamedTuple):
@@ -63,7 +28,7 @@ class Solution(NamedTuple):
 
     Attributes:
       qacc: accelerations.
-      force: of each row, N or N m.
+      force: of each row, part after part, N or N m.
       joint_force: the same on the degrees of freedom.
     """
 
@@ -72,18 +37,10 @@ class Solution(NamedTuple):
     joint_force: Float[Array, " dof"]
 
 
-class _Law(NamedTuple):
-    """Forces of all rows, and how they fall as what is missing grows."""
-
-    force: Float[Array, " row"]
-    weight: Float[Array, " row"]
-    blocks: tuple[Float[Array, "contact axis axis"], ...]
-
-
 class _Iterate(NamedTuple):
     qacc: Float[Array, " dof"]
     inertial: Float[Array, " dof"]  # mass matrix times qacc
-    missing: Float[Array, " row"]  # jacobian times qacc, less the target
+    missing: tuple[Array, ...]  # jacobian times qacc, less the target
     gain: Float[Array, ""]  # of the last iteration
     iterations: Int[Array, ""]
 
@@ -99,7 +56,7 @@ class _Bracket(NamedTuple):
 def solve(
     mass: Float[Array, "dof dof"],
     force: Float[Array, " dof"],
-    rows: Rows,
+    parts: Sequence[Part],
     start: Float[Array, " dof"],
     *,
     iterations: int,
@@ -111,7 +68,7 @@ def solve(
     Args:
       mass: matrix of the degrees of freedom.
       force: on them, without constraints.
-      rows: the constraints.
+      parts: the constraints.
       start: accelerations to start from; those of the last step are near.
       iterations: at most.
       ls_iterations: on the length of each iteration's step.
@@ -119,20 +76,19 @@ def solve(
     """
     # ours: no smaller gains can be told apart.
     least = max(float(jnp.finfo(mass.dtype).eps), tolerance) * jnp.trace(mass)
+    begun = [_begun(part, start) for part in parts]
+    rows = [each for each, _ in begun]
 
     def iterate(at: _Iterate) -> _Iterate:
-        law = _law(rows, at.missing)
-        downhill = force - at.inertial + rows.jacobian.T @ law.force
-        curvature = mass + rows.jacobian.T @ _weighted(rows, law, rows.jacobian)
-        step = dynamics.solve(curvature, downhill)
-        gain = step @ downhill
-        inertial, along = mass @ step, rows.jacobian @ step
+        step, gain = _step(mass, force - at.inertial, parts, rows, at.missing)
+        inertial = mass @ step
+        along = [when(part, lambda part=part: part.make().jacobian @ step) for part in parts]
         slope = step @ (at.inertial - force), step @ inertial
-        length = _length(rows, at.missing, along, slope, ls_iterations)
+        length = _length(parts, rows, at.missing, along, slope, ls_iterations)
         return _Iterate(
             at.qacc + length * step,
             at.inertial + length * inertial,
-            at.missing + length * along,
+            tuple(now + length * each for now, each in zip(at.missing, along, strict=True)),
             gain,
             at.iterations + 1,
         )
@@ -140,7 +96,7 @@ def solve(
     at = _Iterate(
         start,
         mass @ start,
-        rows.jacobian @ start - rows.target,
+        tuple(missing for _, missing in begun),
         jnp.asarray(jnp.inf, start.dtype),
         jnp.zeros((), jnp.int32),
     )
@@ -150,14 +106,75 @@ def solve(
         at = jax.lax.while_loop(
             lambda at: (at.iterations < iterations) & (at.gain > least), iterate, at
         )
-    found = _law(rows, at.missing).force
-    return Solution(at.qacc, found, rows.jacobian.T @ found)
+    found = [law_of(each, missing).force for each, missing in zip(rows, at.missing, strict=True)]
+    on_joints = sum(
+        (
+            when(part, lambda part=part, each=each: part.make().jacobian.T @ each)
+            for part, each in zip(parts, found, strict=True)
+        ),
+        start=jnp.zeros_like(start),
+    )
+    return Solution(at.qacc, jnp.concatenate(found), on_joints)
+
+
+def _begun(part: Part, start: Float[Array, " dof"]) -> tuple[Rows, Float[Array, " row"]]:
+    """Returns a part's rows, without a Jacobian or target, and what each misses at first."""
+    places: list[Int[np.ndarray, "contact axis"]] = []
+
+    def compute() -> Any:
+        rows = part.make()
+        places[:] = [each.rows for each in rows.cones]
+        limits = (rows.lowest, rows.highest) if part.present is None else ()
+        friction = [each.friction for each in rows.cones]
+        return rows.weight, limits, friction, rows.jacobian @ start - rows.target
+
+    weight, limits, friction, missing = when(part, compute)
+    if part.present is not None:
+        limits = jnp.zeros_like(weight), jnp.full_like(weight, jnp.inf)
+    nothing = jnp.zeros(0, weight.dtype)
+    cones = tuple(Cones(*each) for each in zip(places, friction, strict=True))
+    return Rows(nothing, weight, nothing, *limits, cones=cones), missing
+
+
+def _step(
+    mass: Float[Array, "dof dof"],
+    rest: Float[Array, " dof"],
+    parts: Sequence[Part],
+    rows: Sequence[Rows],
+    missing: Sequence[Array],
+) -> tuple[Float[Array, " dof"], Float[Array, ""]]:
+    """Returns a step of Newton's method, and the gain that it promises.
+
+    Args:
+      mass: matrix of the degrees of freedom.
+      rest: force without constraints that does not go into accelerations.
+      parts: the constraints.
+      rows: of the parts, without Jacobians.
+      missing: of each row.
+    """
+
+    size = rest.shape[0]
+    upper = np.triu_indices(size)  # the solution reads no more
+    curvature, downhill = mass, rest
+    for part, own, each in zip(parts, rows, missing, strict=True):
+
+        def compute(part: Part = part, own: Rows = own, each: Any = each) -> tuple[Array, Array]:
+            law, jacobian = law_of(own, each), part.make().jacobian
+            pull = jacobian.T @ weighted(own, law, jacobian)
+            return pull[upper], jacobian.T @ law.force
+
+        pull, push = when(part, compute)
+        curvature += jnp.zeros((size, size), pull.dtype).at[upper].set(pull)
+        downhill += push
+    step = dynamics.solve(curvature, downhill)
+    return step, step @ downhill
 
 
 def _length(
-    rows: Rows,
-    missing: Float[Array, " row"],
-    along: Float[Array, " row"],
+    parts: Sequence[Part],
+    rows: Sequence[Rows],
+    missing: Sequence[Array],
+    along: Sequence[Array],
     slope: tuple[Float[Array, ""], Float[Array, ""]],
     iterations: int,
 ) -> Float[Array, ""]:
@@ -166,7 +183,8 @@ def _length(
     The derivative rises. Newton's method on it stays in the bracket that it has found so far.
 
     Args:
-      rows: the constraints.
+      parts: the constraints.
+      rows: of the parts, without Jacobians.
       missing: of each row before the step.
       along: change of `missing` over the whole step.
       slope: derivative of the inertial part of the cost at the step's begin, and its change.
@@ -174,11 +192,16 @@ def _length(
     """
     first, rise = slope
 
+    def slopes(each: int, length: Float[Array, ""]) -> tuple[Array, Array]:
+        law = law_of(rows[each], missing[each] + length * along[each])
+        return law.force @ along[each], along[each] @ weighted(rows[each], law, along[each])
+
     def closer(at: _Bracket) -> _Bracket:
         length = at.length
-        law = _law(rows, missing + length * along)
-        derivative = first + length * rise - law.force @ along
-        second = rise + along @ _weighted(rows, law, along)
+        derivative, second = first + length * rise, rise
+        for each, part in enumerate(parts):
+            push, fall = when(part, functools.partial(slopes, each, length))
+            derivative, second = derivative - push, second + fall
         short = derivative <= 0.0
         low = jnp.where(short, length, at.low)
         high = jnp.where(short, at.high, length)
@@ -199,69 +222,3 @@ def _length(
     for _ in range(iterations):
         at = closer(at)
     return at.length
-
-
-def _law(rows: Rows, missing: Float[Array, " row"]) -> _Law:
-    """Returns the forces for what is missing of each row's target."""
-    wanted = -rows.weight * missing
-    force = jnp.clip(wanted, rows.lowest, rows.highest)
-    weight = jnp.where(wanted == force, rows.weight, 0.0)
-    blocks: list[Array] = []
-    for cones in rows.cones:
-        own = rows.weight[cones.rows]
-        pushed, falls = jax.vmap(_cone)(missing[cones.rows], own, cones.friction)
-        force = force.at[cones.rows].set(pushed)
-        weight = weight.at[cones.rows].set(0.0)
-        blocks.append(falls)
-    return _Law(force, weight, tuple(blocks))
-
-
-def _cone(
-    missing: Float[Array, " axis"], weight: Float[Array, " axis"], friction: Float[Array, " axis"]
-) -> tuple[Float[Array, " axis"], Float[Array, "axis axis"]]:
-    """Returns one contact's force, and the matrix by which it falls as what is missing grows.
-
-    Within the cone a contact pulls back by its rows' weights; where it would leave the cone it
-    slips, and its cost is that of the distance from the cone; where it separates it does nothing.
-    """
-    scaled = missing * friction
-    ratio, normal = friction[0], scaled[0]
-    square = jnp.sum(scaled[1:] ** 2)
-    across = jnp.sqrt(jnp.maximum(square, TINY))
-    sticks = ratio * normal + across <= 0.0
-    slips = ~sticks & (normal < ratio * across)
-    stiffness = weight[0] / (ratio**2 * (1.0 + ratio**2))
-    beyond = normal - ratio * across
-    direction = scaled[1:] / across
-    change = jnp.concatenate([jnp.ones(1), -ratio * direction]) * friction  # of `beyond`
-    sliding = -stiffness * beyond * change
-    # The second derivative of `beyond` is that of the length of the tangential part.
-    bend = jnp.diag(friction[1:] ** 2) - jnp.outer(
-        direction * friction[1:], direction * friction[1:]
-    )
-    falls = stiffness * jnp.outer(change, change)
-    falls = falls.at[1:, 1:].add(-stiffness * beyond * ratio / across * bend)
-    zero = jnp.zeros_like(missing)
-    force = jnp.where(sticks, -weight * missing, jnp.where(slips, sliding, zero))
-    inside = jnp.diag(weight)
-    return force, jnp.where(sticks, inside, jnp.where(slips, falls, 0.0))
-
-
-def _weighted(rows: Rows, law: _Law, values: Float[Array, "row ..."]) -> Float[Array, "row ..."]:
-    """Returns by how much the rows' forces fall for a change of what is missing."""
-    each = law.weight if values.ndim == 1 else law.weight[:, None]
-    found = each * values
-    for cones, block in zip(rows.cones, law.blocks, strict=True):
-        found = found.at[cones.rows].set(jnp.einsum("cij,cj...->ci...", block, values[cones.rows]))
-    return found
-
-
-def joined(parts: Sequence[Rows]) -> Rows:
-    """Returns the rows of several, one after the other."""
-    cones: list[Cones] = []
-    first = 0
-    for part in parts:
-        cones += [each._replace(rows=each.rows + first) for each in part.cones]
-        first += part.weight.shape[0]
-    each = zip(*(part[:-1] for part in parts), strict=True)
-    return Rows(*(jnp.concatenate(values) for values in each), cones=tuple(cones))
