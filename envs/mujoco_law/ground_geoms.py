@@ -88,7 +88,9 @@ def _of_geoms(
             continue
         shapes.append((kind, own))
         if kind == MESH:
-            corners += [_mesh_corners(pose, geom) for geom in own]
+            # A floor that was added is of the world's geoms, which come before all others.
+            added = model.ngeom - pose.model.ngeom
+            corners += [_mesh_corners(pose, geom - added) for geom in own]
             num = [len(each) for each in corners]
         else:
             num = [{SPHERE: 1, CAPSULE: 2, ELLIPSOID: 1, CYLINDER: 4, BOX: 4}[kind]] * len(own)
@@ -115,6 +117,9 @@ def _mesh_corners(pose: Pose, geom: int) -> Float[np.ndarray, "corner 3"]:
 
     ours: as contact law points has them, those of the lower half as the body stands; C MuJoCo takes
     the lowest three that it finds in each step.
+
+    Args:
+      geom: its number in the file's model.
     """
     flat = np.zeros(9)
     mujoco.mju_quat2Mat(flat, pose.model.geom_quat[geom])
