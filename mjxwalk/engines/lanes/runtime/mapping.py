@@ -10,10 +10,8 @@ import numpy as np
 
 from mjxwalk.engines.lanes.backend.machine_code import host
 from mjxwalk.engines.lanes.compiler import Compiled, compile_function
-from mjxwalk.engines.lanes.frontend import key_types
 from mjxwalk.engines.lanes.ir.graph import Array
-from mjxwalk.engines.lanes.ir.signature import Argument
-from mjxwalk.engines.lanes.runtime import thread_pool
+from mjxwalk.engines.lanes.runtime import batches, thread_pool
 
 
 def vmap(
@@ -73,7 +71,7 @@ class Mapped:
         self.compile_s = 0.0
         self.utilisation = 1.0
         self._function = function
-        self._in_axes = tuple(in_axes) if isinstance(in_axes, list) else in_axes
+        self._in_axes = in_axes
         self._results = results
         self._target = host(width)
         self._kernels: dict[Any, Compiled] = {}
@@ -81,31 +79,22 @@ class Mapped:
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Returns the function of every walker, as a tree of numpy arrays with a leading axis."""
         leaves, tree = jax.tree.flatten((args, kwargs))
-        axes = self._axes(args, kwargs)
+        axes = batches.axes_of_leaves(self._in_axes, args, kwargs)
         if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
             return self._inside_jit(leaves, tree, axes)
-        arrays = [_array(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True)]
+        arrays = [batches.contiguous(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True)]
         kernel = self._kernel(leaves, tree, axes)
-        return self._run(kernel, arrays, _count(leaves, axes))
+        return self._run(kernel, arrays, batches.num_walkers(leaves, axes))
 
     def prepare(self, *args: Any, **kwargs: Any) -> None:
         """Compiles for arguments of these shapes without running; anything with a shape serves."""
         leaves, tree = jax.tree.flatten((args, kwargs))
-        self._kernel(leaves, tree, self._axes(args, kwargs))
-
-    def _axes(self, args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[int | None]:
-        """Returns the mapped axis of every leaf."""
-        axes = self._in_axes
-        if isinstance(axes, tuple) and len(axes) != len(args):
-            raise ValueError(f"in_axes has {len(axes)} entries for {len(args)} arguments")
-        prefix = (axes, {name: 0 for name in kwargs})
-        if not isinstance(axes, tuple):
-            prefix = (tuple(axes for _ in args), prefix[1])
-        spread = jax.tree.broadcast(prefix, (args, kwargs), is_leaf=lambda x: x is None)
-        return jax.tree.structure((args, kwargs)).flatten_up_to(spread)
+        self._kernel(leaves, tree, batches.axes_of_leaves(self._in_axes, args, kwargs))
 
     def _kernel(self, leaves: list[Any], tree: Any, axes: list[int | None]) -> Compiled:
-        arguments = tuple(_argument(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True))
+        arguments = tuple(
+            batches.argument(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True)
+        )
         # Trees are equal whose static parts are: as text 1 and True differ, and 0.0 and -0.0.
         key = (arguments, str(tree), tree, _configuration())
         try:
@@ -130,14 +119,16 @@ class Mapped:
 
     def _inside_jit(self, leaves: list[Any], tree: Any, axes: list[int | None]) -> Any:
         kernel = self._kernel(leaves, tree, axes)
-        count = _count(leaves, axes)
+        count = batches.num_walkers(leaves, axes)
         shapes = [
             jax.ShapeDtypeStruct((count, *result.shape), np.dtype(result.dtype))
             for result in kernel.results
         ]
 
         def run(*values: Any) -> Any:
-            arrays = [_array(value, axis) for value, axis in zip(values, axes, strict=True)]
+            arrays = [
+                batches.contiguous(value, axis) for value, axis in zip(values, axes, strict=True)
+            ]
             return jax.tree.leaves(self._run(kernel, arrays, count))
 
         outputs = jax.pure_callback(run, shapes, *leaves, vmap_method="sequential")
@@ -160,38 +151,3 @@ CONFIGURING = (
 def _configuration() -> tuple[Any, ...]:
     """Returns the settings of JAX that change what a trace computes, as they are in this thread."""
     return tuple(getattr(jax.config, name, None) for name in CONFIGURING)
-
-
-def _argument(leaf: Any, axis: int | None) -> Argument:
-    aval = jax.typeof(leaf) if not isinstance(leaf, jax.ShapeDtypeStruct) else leaf
-    shape = tuple(aval.shape)
-    if axis is not None:
-        place = range(len(shape))[axis]
-        shape = shape[:place] + shape[place + 1 :]
-    if _is_keys(aval):
-        kind = key_types.implementation(aval.dtype)
-        return Argument((*shape, *kind.key_shape), "uint32", False, axis is None, kind.name)
-    dtype = jax.dtypes.canonicalize_dtype(aval.dtype).name
-    return Argument(shape, dtype, bool(getattr(aval, "weak_type", False)), axis is None)
-
-
-def _array(leaf: Any, axis: int | None) -> Array:
-    """Returns an argument as contiguous memory, the walkers' axis first."""
-    array = np.asarray(jax.random.key_data(leaf) if _is_keys(leaf) else leaf)
-    if axis is not None:
-        array = np.moveaxis(array, range(np.ndim(leaf))[axis], 0)
-    return np.ascontiguousarray(array, jax.dtypes.canonicalize_dtype(array.dtype))
-
-
-def _is_keys(leaf: Any) -> bool:
-    dtype = getattr(leaf, "dtype", None)
-    return dtype is not None and key_types.is_key_type(dtype)
-
-
-def _count(leaves: list[Any], axes: list[int | None]) -> int:
-    """Returns how many walkers there are."""
-    mapped = [(leaf, axis) for leaf, axis in zip(leaves, axes, strict=True) if axis is not None]
-    sizes = {np.shape(leaf)[axis] for leaf, axis in mapped}
-    if len(sizes) != 1:
-        raise ValueError(f"mapped axes must all have one size, got {sorted(sizes) or 'none'}")
-    return sizes.pop()
