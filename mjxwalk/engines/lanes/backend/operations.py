@@ -67,6 +67,8 @@ def _extreme(op: str) -> Operation:
     def emit(w: Writer, context: Context, dtype: str, x: str, y: str) -> str:
         if not is_float(dtype):
             return w.intrinsic(("s" if is_signed(dtype) else "u") + op, dtype, x, y)
+        if w.target.extremes_pass_nan:
+            return w.intrinsic(f"{op}imum", dtype, x, y)
         if context.known[1] is not None:
             x, y = y, x
         held = w.let(f"fcmp {order} {w.vector(dtype)} {x}, {y}")

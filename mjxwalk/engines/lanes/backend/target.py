@@ -5,7 +5,7 @@ import dataclasses
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Target:
-    """A CPU and the width of its vectors.
+    """A processor and the width of its vectors.
 
     Attributes:
       width: lanes of a vector.
@@ -24,3 +24,8 @@ class Target:
     def registers(self) -> int:
         """How many vectors fit registers."""
         return 32 if self.width == 16 or self.processor.startswith(("aarch64", "arm64")) else 16
+
+    @property
+    def extremes_pass_nan(self) -> bool:
+        """Whether it has instructions for `max` and `min` that pass NaN on."""
+        return self.processor.startswith(("aarch64", "arm64", "nvptx"))
