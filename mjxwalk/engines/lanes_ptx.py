@@ -103,7 +103,9 @@ class Mapped:
     ) -> tuple[Lowered, Kernel]:
         """Returns the program and the kernel for arguments of these shapes."""
         arguments = tuple(batches.argument(*pair) for pair in zip(leaves, axes, strict=True))
-        key = arguments, jax.tree.structure(args)
+        tree = jax.tree.structure(args)
+        # Trees are equal whose static parts are: as text 1 and True differ, and 0.0 and -0.0.
+        key = arguments, str(tree), tree
         if key not in self._kernels:
             lowered = lower(self._function, self._in_axes, *args)
             self._kernels[key] = lowered, self._device.load(lowered.ptx(), ptx.ENTRY)
