@@ -29,9 +29,14 @@ def host(width: int | None = None) -> Target:
     named = ",".join(f"{'+' if has else '-'}{name}" for name, has in sorted(features.items()))
     if width == 16 and features.get("avx512f"):
         named += ",-prefer-256-bit"
+    processor = platform.machine().lower().replace("amd64", "x86_64")
+    if processor in ("aarch64", "arm64"):
+        # With SVE, LLVM keeps what has no register in slots whose size the CPU alone knows, and
+        # computes the address of most of them.
+        named = ",".join([named, "-sve"]).lstrip(",")
     return Target(
         width=width,
-        processor=platform.machine().lower().replace("amd64", "x86_64"),
+        processor=processor,
         cpu=llvm.get_host_cpu_name(),
         features=named,
         estimates=width == 16 and features.get("avx512f", False),
