@@ -3,8 +3,8 @@
 K. E. Batcher (1968), Sorting networks and their applications. A network compares the same places
 whatever the numbers are, about n log2(n)^2 / 4 pairs of them. Numbers become signed integers of the
 same order. A network does not keep the order of equals, so places are compared after the keys
-where that order shows: a key of 32 bits and its place make one integer of 64 bits. What nobody
-reads of a network is never computed, which is how the largest few of many numbers are found.
+where that order shows. What nobody reads of a network is never computed, which is how the largest
+few of many numbers are found.
 """
 
 from collections.abc import Iterator, Sequence
@@ -128,20 +128,12 @@ def _sorted(t: Interpreter, arrays: Sequence[Value], num_keys: int, stable: bool
     shape = arrays[0].array.shape
     keys = [ordered(t, x) for x in arrays[:num_keys]]
     places = Known(_places(shape))
-    packed = stable and not _is_wide(keys[-1].dtype)
-    if packed:
-        wide = t.apply("shl", "int64", t.apply("convert", "int64", keys[-1]), _number(32))
-        low = Known(places.array.astype(np.int64))
-        keys[-1] = t.apply("or", "int64", wide, low)
-    elif stable:
+    if stable:
         keys.append(places)
     free = [x for x in arrays[num_keys:] if not (stable and _is_same(x, places))]
     made = iter(_network(t, [*keys, *free], len(keys)))
     keys = [next(made) for _ in keys]
     places = keys[-1]
-    if packed:
-        high = t.apply("sar", "int64", keys[-1], _number(32))
-        keys[-1] = t.apply("convert", "int32", high)
     done = [disordered(t, key, x.dtype) for key, x in zip(keys, arrays[:num_keys], strict=False)]
     for x in arrays[num_keys:]:
         left_out = stable and _is_same(x, Known(_places(shape)))
@@ -155,10 +147,6 @@ def _is_same(x: Value, places: Known) -> bool:
         and x.array.dtype.kind in "iu"
         and np.array_equal(x.array, places.array)
     )
-
-
-def _number(number: int) -> Known:
-    return Known(np.asarray(number, np.int64))
 
 
 def _network(t: Interpreter, arrays: list[Value], num_keys: int) -> list[Value]:
