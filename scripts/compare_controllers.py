@@ -204,7 +204,8 @@ def draw(rows: Mapping[str, list[Row]]) -> Any:
             for own in rows.values()
         ]
         robust.bar(np.arange(len(rows)) + place * width, falls, width, label=condition)
-    robust.set_xticks(np.arange(len(rows)) + 0.4 - width / 2, list(rows), fontsize="small")
+    places = np.arange(len(rows)) + 0.4 - width / 2
+    robust.set_xticks(places, list(rows), fontsize="small", rotation=20, ha="right")
     robust.set_ylabel("falls (%)")
     robust.legend(fontsize="small")
     soon.legend(fontsize="small")
