@@ -115,7 +115,11 @@ def main() -> int:
         print(f"two runs of a seed have {'the same' if same else 'DIFFERENT'} bits")
         return 0 if same else 1
     command = [str(starter), "-m", "pytest", "-v", "-n", "0", "-p", "no:cacheprovider"]
-    return subprocess.run([*command, *asked.tests], cwd=ROOT, check=False).returncode
+    code = subprocess.run([*command, *asked.tests], cwd=ROOT, check=False).returncode
+    if code < 0:
+        print(f"signal {-code} ended the emulator, and the tests with it", file=sys.stderr)
+        return 1
+    return code
 
 
 if __name__ == "__main__":
