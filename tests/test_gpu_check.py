@@ -1,8 +1,6 @@
 """Tests of the script that checks a machine with a GPU, on machines that have none."""
 
-import importlib.util
 import json
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -11,24 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scripted
 from engines.lanes import cpu_threads
 
 from mjxwalk import cli
 from mjxwalk.engines import cuda_driver, lanes
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "gpu_check.py"
-
-
-def load() -> Any:
-    spec = importlib.util.spec_from_file_location("gpu_check", SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["gpu_check"] = module  # where tyro looks for the docstrings of a class
-    spec.loader.exec_module(module)
-    return module
-
-
-SCRIPTED = load()
+SCRIPTED = scripted.load("gpu_check")
 
 
 def outcomes(distance: Any, work: Any = (4.0, 2.0), fell: Any = (False, True)) -> Any:

@@ -1,30 +1,18 @@
 """Tests of the script that compares returns with those of Gymnasium's own environments."""
 
-import importlib.util
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
+import scripted
 
 from mjxwalk import cli
 
 pytest.importorskip("gymnasium")
 # A step is traced some times as fast.
 pytestmark = pytest.mark.usefixtures("unchecked_types")
-FILE = Path(__file__).parents[1] / "scripts" / "gymnasium_returns.py"
 
 
-def _script() -> Any:
-    spec = importlib.util.spec_from_file_location(FILE.stem, FILE)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[FILE.stem] = module  # where tyro looks for the docstrings of a class
-    spec.loader.exec_module(module)
-    return module.GymnasiumReturns
-
-
-RETURNS = _script()
+RETURNS = scripted.load("gymnasium_returns").GymnasiumReturns
 
 
 @pytest.mark.slow

@@ -1,22 +1,9 @@
 """Tests of scripts/instruction_mix.py."""
 
-import importlib.util
-from pathlib import Path
-from typing import Any
-
 import pytest
+import scripted
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "instruction_mix.py"
-
-
-@pytest.fixture(scope="module")
-def script() -> Any:
-    spec = importlib.util.spec_from_file_location("instruction_mix", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+kind_of = scripted.load("instruction_mix").kind_of
 
 
 @pytest.mark.parametrize(
@@ -36,5 +23,5 @@ def script() -> Any:
         ("addq", "scalar: addresses, jumps"),
     ],
 )
-def test_instructions_are_told_apart(script: Any, instruction: str, kind: str) -> None:
-    assert script.kind_of(instruction) == kind
+def test_instructions_are_told_apart(instruction: str, kind: str) -> None:
+    assert kind_of(instruction) == kind

@@ -1,27 +1,11 @@
 """Tests of the script that measures what networks cost."""
 
-import importlib.util
-import sys
-from pathlib import Path
-from typing import Any
-
 import pytest
+import scripted
 
 from mjxwalk import cli
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "network_cost.py"
-
-
-def load() -> Any:
-    spec = importlib.util.spec_from_file_location("network_cost", SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["network_cost"] = module  # where tyro looks for the docstrings of a class
-    spec.loader.exec_module(module)
-    return module.NetworkCost
-
-
-COST = load()
+COST = scripted.load("network_cost").NetworkCost
 
 
 @pytest.mark.parametrize(

@@ -1,27 +1,11 @@
 """Tests of the script that prints where operations come from."""
 
-import importlib.util
-import sys
-from pathlib import Path
-from typing import Any
-
 import pytest
+import scripted
 
 from mjxwalk import cli
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "operations_by_source.py"
-
-
-def load() -> Any:
-    spec = importlib.util.spec_from_file_location("operations_by_source", SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["operations_by_source"] = module  # where tyro looks for the docstrings of a class
-    spec.loader.exec_module(module)
-    return module.OperationsBySource
-
-
-OPERATIONS = load()
+OPERATIONS = scripted.load("operations_by_source").OperationsBySource
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,12 @@
 """Tests of the scripts, each as a user calls it."""
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import scripted
 import toy
 from analysis.walking import recording, walk
 
@@ -22,28 +21,18 @@ from mjxwalk.walker import Walker
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 
 
-def load(name: str) -> Any:
-    spec = importlib.util.spec_from_file_location(name, SCRIPTS / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # where tyro looks for the docstrings of a class
-    spec.loader.exec_module(module)
-    return module
-
-
-CHAMPION = load("champion").Champion
-PLOT = load("plot_fitness").PlotFitness
-SURVIVAL = load("link_survival").LinkSurvival
-GAIT = load("gait_table").GaitTable
-DENSITY = load("angle_density").AngleDensity
-STICKS = load("stick_figures").StickFigures
-GROUNDS = load("other_grounds").OtherGrounds
-INTEGRATORS = load("compare_integrators").CompareIntegrators
-REIL_TABLE = load("reil_table").ReilTable
-SPATIAL = load("spatial_table").SpatialTable
-OSCILLATORS = load("ship_oscillators").ShipOscillators
-BODY_FILES = load("body_files").BodyFiles
+CHAMPION = scripted.load("champion").Champion
+PLOT = scripted.load("plot_fitness").PlotFitness
+SURVIVAL = scripted.load("link_survival").LinkSurvival
+GAIT = scripted.load("gait_table").GaitTable
+DENSITY = scripted.load("angle_density").AngleDensity
+STICKS = scripted.load("stick_figures").StickFigures
+GROUNDS = scripted.load("other_grounds").OtherGrounds
+INTEGRATORS = scripted.load("compare_integrators").CompareIntegrators
+REIL_TABLE = scripted.load("reil_table").ReilTable
+SPATIAL = scripted.load("spatial_table").SpatialTable
+OSCILLATORS = scripted.load("ship_oscillators").ShipOscillators
+BODY_FILES = scripted.load("body_files").BodyFiles
 
 
 @pytest.fixture(autouse=True)

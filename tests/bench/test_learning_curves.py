@@ -1,12 +1,12 @@
 """Tests of the functions, of learning curves, and of the script that compares them."""
 
-import importlib.util
 from pathlib import Path
 from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import scripted
 import toy
 
 from mjxwalk import cli
@@ -14,15 +14,7 @@ from mjxwalk.bench import learning_curves
 from mjxwalk.bench.functions import FUNCTIONS, turn
 from mjxwalk.bench.learning_curves import LearningCurve
 
-SCRIPT = Path(__file__).parents[2] / "scripts" / "compare_strategies.py"
-
-
-def _script() -> Any:
-    spec = importlib.util.spec_from_file_location("compare_strategies", SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+SCRIPT = scripted.load("compare_strategies")
 
 
 def test_every_function_is_lowest_where_it_is_said_to_be():
@@ -64,13 +56,13 @@ def test_walkers_race_until_their_steps_are_used_up():
 
 def test_what_was_reached_outlives_a_restart():
     curve = LearningCurve("toy", "snes", 0, list(range(30)), [0.0] * 5 + [4.0] * 10 + [1.0] * 15)
-    np.testing.assert_array_equal(_script().progress(curve)[[0, 14, 29]], [0, 4, 4])
+    np.testing.assert_array_equal(SCRIPT.progress(curve)[[0, 14, 29]], [0, 4, 4])
 
 
 def test_the_script_writes_a_table_and_a_figure_and_keeps_what_is_done(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
-    script = _script()
+    script = SCRIPT
     names_run: list[str] = []
 
     def on_functions(name: str, num_weights: int, seeds: int, evaluations: int) -> Any:
@@ -100,6 +92,6 @@ def test_the_script_writes_a_table_and_a_figure_and_keeps_what_is_done(
 def test_wrong_arguments_of_the_script_are_one_sentence(
     args: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ):
-    assert cli.run("compare_strategies.py", _script().CompareStrategies, args) == 2
+    assert cli.run("compare_strategies.py", SCRIPT.CompareStrategies, args) == 2
     complaint = capsys.readouterr().err
     assert sentence in complaint and complaint.count("\n") == 1

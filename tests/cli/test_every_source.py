@@ -1,12 +1,11 @@
 """Every command and script with every walker of the zoo, and with runs of every kind."""
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+import scripted
 
 from mjxwalk import cli, zoo
 from mjxwalk.cli.commands import Command
@@ -57,11 +56,7 @@ pytestmark = pytest.mark.slow
 
 def load(name: str) -> type[Command]:
     """Returns a script's dataclass of arguments."""
-    spec = importlib.util.spec_from_file_location(name, SCRIPTS / f"{name}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # where tyro looks for the docstrings of a class
-    spec.loader.exec_module(module)
+    module = scripted.load(name)
     return next(
         value
         for value in vars(module).values()

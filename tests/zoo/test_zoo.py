@@ -1,6 +1,5 @@
 """Tests of the walkers that ship: what is written is what is read, and nothing else gets in."""
 
-import importlib.util
 import io
 import json
 import shutil
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scripted
 import toy
 
 from mjxwalk import cli, experiments, runs, shipping, walkers, zoo
@@ -120,12 +120,7 @@ def test_only_the_winner_of_the_newest_generation_ships(house: Path) -> None:
 
 
 def test_the_script_ships_the_winner(house: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = Path(__file__).parents[2] / "scripts" / "ship_winner.py"
-    spec = importlib.util.spec_from_file_location("ship_winner", path)
-    assert spec is not None
-    assert spec.loader is not None
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
+    script = scripted.load("ship_winner")
     assert cli.run("ship_winner.py", script.ShipWinner, ["a", "toy"]) == 0
     assert capsys.readouterr().out.startswith("zoo:toy: ")
     assert sorted(path.name for path in house.iterdir()) == ["toy.json", "toy.npz"]
