@@ -15,12 +15,9 @@ from mjxwalk.engines.lanes.backend.workspace import (
     to_memory,
     vector_bytes,
 )
-from mjxwalk.engines.lanes.backend.writer import FLAGS, Writer
+from mjxwalk.engines.lanes.backend.writer import FLAGS, Index, Writer
 from mjxwalk.engines.lanes.ir.arrays import Elementwise, Product, View
 from mjxwalk.engines.lanes.ir.graph import Graph, Node
-from mjxwalk.engines.lanes.ir.lowering import LoweringBuilder
-
-Index = Sequence[str]  # of a number of an array, an i64 for each axis
 
 
 @dataclasses.dataclass(frozen=True)
@@ -100,38 +97,12 @@ class Arrays:
         steps = [int(np.prod(each.shape[axis + 1 :])) for axis in range(len(each.shape))]
 
         def one(index: Index) -> None:
-            made = self._applied(each, node.dtype, [read(index) for read in reads])
+            made = operations.written_out(
+                self.writer, each, node.dtype, [read(index) for read in reads]
+            )
             self._store(area, self._weighted(index, steps), node.dtype, made)
 
-        self._over(each.shape, (), one)
-
-    def _over(
-        self, shape: Sequence[int], index: tuple[str, ...], body: Callable[[Index], None]
-    ) -> None:
-        """Runs `body` for every index of a shape."""
-        if not shape:
-            body(index)
-        elif shape[0] == 1:
-            self._over(shape[1:], (*index, "0"), body)
-        else:
-            self.writer.repeat(shape[0], lambda n: self._over(shape[1:], (*index, n), body))
-
-    def _applied(self, each: Elementwise, dtype: str, operands: Sequence[str]) -> str:
-        """Returns an operation of vectors, written out in what CPUs have."""
-        graph = Graph()
-        args = tuple(
-            graph.add("input", kind, (), (number, 0)) for number, kind in enumerate(each.dtypes)
-        )
-        last = LoweringBuilder(graph).make(each.op, dtype, args)
-        names = dict(zip(args, operands, strict=True))
-        for node_id, node in enumerate(graph.nodes):
-            value = graph.value(node_id)
-            if value is not None:
-                names[node_id] = self.writer.splat(value, node.dtype)
-            elif node_id not in names:
-                given = [names[arg] for arg in node.args]
-                names[node_id] = operations.emit(self.writer, graph, node, given)
-        return names[last]
+        self.writer.over(each.shape, one)
 
     def _reader(self, node: Node, view: View, dtype: str, start: Index) -> Callable[[Index], str]:
         """Returns what reads a view's number, given what is left of its index after `start`."""

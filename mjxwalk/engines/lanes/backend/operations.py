@@ -12,7 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mjxwalk.engines.lanes.backend.writer import FLAGS, Writer
+from mjxwalk.engines.lanes.ir.arrays import Elementwise
 from mjxwalk.engines.lanes.ir.graph import Graph, Node
+from mjxwalk.engines.lanes.ir.lowering import LoweringBuilder
 from mjxwalk.engines.lanes.ir.semantics import is_float, is_signed
 
 
@@ -263,3 +265,20 @@ def emit(w: Writer, graph: Graph, node: Node, args: Sequence[str]) -> str:
     known = tuple(map(graph.value, node.args))
     context = Context(node.dtype, known, in_range=node.data == "within")
     return OPERATIONS[node.op](w, context, operand.dtype, *args)
+
+
+def written_out(w: Writer, each: Elementwise, dtype: str, operands: Sequence[str]) -> str:
+    """Adds an operation in terms of what processors have; returns the name of its value."""
+    graph = Graph()
+    args = tuple(
+        graph.add("input", kind, (), (number, 0)) for number, kind in enumerate(each.dtypes)
+    )
+    last = LoweringBuilder(graph).make(each.op, dtype, args)
+    names = dict(zip(args, operands, strict=True))
+    for node_id, node in enumerate(graph.nodes):
+        value = graph.value(node_id)
+        if value is not None:
+            names[node_id] = w.splat(value, node.dtype)
+        elif node_id not in names:
+            names[node_id] = emit(w, graph, node, [names[arg] for arg in node.args])
+    return names[last]

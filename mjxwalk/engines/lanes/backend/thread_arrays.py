@@ -1,19 +1,18 @@
 """Loops over arrays in a thread's own memory: those of a single walker."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from mjxwalk.engines.lanes.backend import operations
 from mjxwalk.engines.lanes.backend.scalar_writer import ScalarWriter
 from mjxwalk.engines.lanes.backend.types import memory_type
+from mjxwalk.engines.lanes.backend.writer import Index
 from mjxwalk.engines.lanes.ir.arrays import IN_MEMORY, Elementwise, Product, View, num_elements
 from mjxwalk.engines.lanes.ir.graph import Graph, Node
-from mjxwalk.engines.lanes.ir.lowering import LoweringBuilder
 
 COLUMNS = 8  # of a product that are summed at a time, so that the left side is read once for all
-Index = Sequence[str]  # of a number of an array, an i64 for each axis
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,33 +87,10 @@ class ThreadArrays:
         def one(index: Index) -> None:
             pairs = zip(each.operands, each.dtypes, strict=True)
             operands = [self._read(node, view, dtype, index) for view, dtype in pairs]
-            made = self._applied(each, node.dtype, operands)
+            made = operations.written_out(self.writer, each, node.dtype, operands)
             self.writer.store("ptr", area, self._weighted(index, steps), node.dtype, made)
 
-        self._over(each.shape, (), one)
-
-    def _over(
-        self, shape: Sequence[int], index: tuple[str, ...], body: Callable[[Index], None]
-    ) -> None:
-        """Runs `body` for every index of a shape."""
-        if not shape:
-            body(index)
-        else:
-            self.writer.repeat(shape[0], lambda n: self._over(shape[1:], (*index, n), body))
-
-    def _applied(self, each: Elementwise, dtype: str, operands: Sequence[str]) -> str:
-        """Returns an operation of scalars, written out in what processors have."""
-        graph = Graph()
-        args = tuple(graph.add("input", kind, (), n) for n, kind in enumerate(each.dtypes))
-        last = LoweringBuilder(graph).make(each.op, dtype, args)
-        names: dict[int, str] = dict(zip(args, operands, strict=True))
-        for node_id, node in enumerate(graph.nodes):
-            value = graph.value(node_id)
-            if value is not None:
-                names[node_id] = self.writer.splat(value, node.dtype)
-            elif node_id not in names:
-                names[node_id] = _emitted(self.writer, graph, node, names)
-        return names[last]
+        self.writer.over(each.shape, one)
 
     def _read(self, node: Node, view: View, dtype: str, index: Index) -> str:
         """Returns the number of a view at an index."""
@@ -142,7 +118,3 @@ class ThreadArrays:
 def _area(node_id: int) -> str:
     """Returns the name of a pointer to an array."""
     return f"%array.{node_id}"
-
-
-def _emitted(writer: ScalarWriter, graph: Graph, node: Node, names: Mapping[int, str]) -> str:
-    return operations.emit(writer, graph, node, [names[arg] for arg in node.args])

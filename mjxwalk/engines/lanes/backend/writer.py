@@ -10,6 +10,7 @@ from mjxwalk.engines.lanes.backend.types import literal, scalar_type, short_type
 from mjxwalk.engines.lanes.ir.semantics import is_float
 
 FLAGS = "contract nsz"
+Index = Sequence[str]  # of a number of an array, an i64 for each axis
 
 
 class Writer:
@@ -136,6 +137,15 @@ class Writer:
             return values
 
         self.accumulate(count, "", (), step)
+
+    def over(self, shape: Sequence[int], body: Callable[[Index], None], index: Index = ()) -> None:
+        """Runs `body` for every index of an array, `index` and one of `shape` behind it."""
+        if not shape:
+            body(index)
+        elif shape[0] == 1:
+            self.over(shape[1:], body, (*index, "0"))
+        else:
+            self.repeat(shape[0], lambda n: self.over(shape[1:], body, (*index, n)))
 
     def accumulate(
         self,

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from mjxwalk.engines.lanes.ir.builder import GraphBuilder
-from mjxwalk.engines.lanes.ir.elementary import LN_2_IN_TWO, Formula, exp, log
+from mjxwalk.engines.lanes.ir.elementary import LN_2_IN_TWO, Formula, exp, log, sine_near_zero
 
 # fdlibm (Sun Microsystems, e_rem_pio2.c): pi / 2 in 33, 33 and 53 bits
 HALF_PI = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
@@ -28,20 +28,11 @@ LOST_OF_HALF_PI = 6.123233995736765886130e-17
 def sine(build: GraphBuilder, x: int, quarter: int) -> int:
     """Returns sin(x + quarter * pi / 2)."""
     f = Formula(build, "float64")
-    bits = f.bits
     turns = f("rint", f("mul", x, 2 / math.pi))
     r = x
     for part in HALF_PI:
         r = f("sub", r, f("mul", turns, part))
-    r = f("min", f("max", r, -0.79), 0.79)  # what reduction lost must not leave [-1, 1]
-    square = f("mul", r, r)
-    of_sin = f("add", f("mul", f("mul", f.polynomial(square, SIN), square), r), r)
-    tail = f("mul", f("mul", f.polynomial(square, COS), square), square)
-    of_cos = f("add", f("add", tail, f("mul", square, -0.5)), 1.0)
-    quadrant = bits("add", build.convert(turns, "int64"), bits.integer(quarter))
-    odd = bits("ne", bits("and", quadrant, bits.integer(1)), bits.integer(0))
-    sign = bits("and", bits("shl", quadrant, bits.integer(62)), bits.integer(-(1 << 63)))
-    return f.cast(bits("xor", bits.cast(build.select(odd, of_cos, of_sin)), sign))
+    return sine_near_zero(f, r, SIN, COS, build.convert(turns, "int64"), quarter)
 
 
 def atan_of_size(build: GraphBuilder, size: int) -> int:

@@ -66,21 +66,43 @@ class Formula:
 def _sine(x: int, build: GraphBuilder, quarter: int) -> int:
     """Returns sin(x + quarter * pi / 2)."""
     f = Formula(build, "float32")
-    bits = f.bits
     shifted = f("add", f("mul", x, 2 / math.pi), ROUND_BY_ADDING)
     turns = f("sub", shifted, ROUND_BY_ADDING)
     r = x
     for part in HALF_PI_FEW_BITS:
         r = f("sub", r, f("mul", turns, part))
+    return sine_near_zero(f, r, SIN, COS, f.bits.cast(shifted), quarter)
+
+
+def sine_near_zero(
+    f: Formula,
+    r: int,
+    sin: Sequence[float],
+    cos: Sequence[float],
+    turns: int,
+    quarter: int,
+) -> int:
+    """Returns sin(r + (turns + quarter) * pi / 2).
+
+    Args:
+      f: formulas over the type of r.
+      r: an angle up to pi / 4 either way, but for what reduction lost.
+      sin: coefficients of (sin(r) - r) / r^3 in r^2.
+      cos: coefficients of (cos(r) - 1 + r^2 / 2) / r^4 in r^2.
+      turns: node of the quarter turns that r leaves out, an integer whose low two bits count.
+      quarter: further ones.
+    """
+    bits = f.bits
+    top = 8 * np.dtype(f.dtype).itemsize - 1
     r = f("min", f("max", r, -0.79), 0.79)  # what reduction lost must not leave [-1, 1]
     square = f("mul", r, r)
-    sine = f("add", f("mul", f("mul", f.polynomial(square, SIN), square), r), r)
-    tail = f("mul", f("mul", f.polynomial(square, COS), square), square)
+    sine = f("add", f("mul", f("mul", f.polynomial(square, sin), square), r), r)
+    tail = f("mul", f("mul", f.polynomial(square, cos), square), square)
     cosine = f("add", f("add", tail, f("mul", square, -0.5)), 1.0)
-    quadrant = bits("add", bits.cast(shifted), bits.integer(quarter))
+    quadrant = bits("add", turns, bits.integer(quarter))
     odd = bits("ne", bits("and", quadrant, bits.integer(1)), bits.integer(0))
-    sign = bits("and", bits("shl", quadrant, bits.integer(30)), bits.integer(-(1 << 31)))
-    return f.cast(bits("xor", bits.cast(build.select(odd, cosine, sine)), sign))
+    sign = bits("and", bits("shl", quadrant, bits.integer(top - 1)), bits.integer(-(1 << top)))
+    return f.cast(bits("xor", bits.cast(f.build.select(odd, cosine, sine)), sign))
 
 
 def sin(build: GraphBuilder, x: int) -> int:

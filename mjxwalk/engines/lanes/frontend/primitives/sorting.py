@@ -112,11 +112,7 @@ def _flipped(t: Interpreter, key: Value) -> Value:
 
 
 def _bits(dtype: str) -> str:
-    return "int64" if _is_wide(dtype) else "int32"
-
-
-def _is_wide(dtype: str) -> bool:
-    return np.dtype(dtype).itemsize == 8
+    return "int64" if np.dtype(dtype).itemsize == 8 else "int32"
 
 
 def _places(shape: Sequence[int]) -> Array:
