@@ -27,7 +27,7 @@ def along(frame: Frame, vector: Float[np.ndarray, "3"]) -> Float[Array, "3"]:
 def matrix(quat: Float[np.ndarray, "4"]) -> Float[np.ndarray, "3 3"]:
     """Returns the matrix of a quaternion, w first."""
     flat = np.zeros(9)
-    mujoco.mju_quat2Mat(flat, quat)
+    mujoco.mju_quat2Mat(flat, np.asarray(quat, np.float64))
     return flat.reshape(3, 3)
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from mjxwalk.envs import dynamics, floating
+from mjxwalk.envs import dynamics, floating, frames
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.anatomy import HINGE, SLIDE, Side, side_of
 from mjxwalk.envs.derived import legs as mjcf_legs
@@ -179,7 +179,7 @@ def _joints(pose: Pose, legs: list[mjcf_legs.FileLeg]) -> tuple[FileJoint, ...]:
                 axis = np.array(model.jnt_axis[joint])
                 found.append(FileJoint(name, joint, axis, float(data.qpos[place])))
                 continue
-            turn = mjcf_source.matrix(data.qpos[place : place + 4])
+            turn = frames.matrix(data.qpos[place : place + 4])
             angles = (
                 np.arctan2(turn[1, 0], turn[0, 0]),
                 -np.arcsin(np.clip(turn[2, 0], -1.0, 1.0)),
@@ -239,7 +239,7 @@ def _after(turn: Float[np.ndarray, "3 3"], quat: Float[np.ndarray, "4"]) -> Any:
     """Returns a quaternion turned further; the same one where nothing turns it."""
     if np.array_equal(turn, np.eye(3)):
         return np.array(quat)
-    return mjcf_source.quaternion(turn @ mjcf_source.matrix(quat))
+    return mjcf_source.quaternion(turn @ frames.matrix(quat))
 
 
 def add_root(body: Any, planar: bool) -> None:

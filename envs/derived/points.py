@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from mjxwalk.envs import frames
 from mjxwalk.envs._mujoco import mujoco
 from mjxwalk.envs.derived.source import PLANE, Pose, geoms_of
 
@@ -40,9 +41,7 @@ def of_geom(pose: Pose, geom: int) -> list[tuple[Float[np.ndarray, "3"], float, 
     """Returns the points of a geom: place in its body, m; radius, m; height of what touches, m."""
     model, data = pose
     size, kind = model.geom_size[geom], int(model.geom_type[geom])
-    flat = np.zeros(9)
-    mujoco.mju_quat2Mat(flat, model.geom_quat[geom])
-    turn, radius = flat.reshape(3, 3), 0.0
+    turn, radius = frames.matrix(model.geom_quat[geom]), 0.0
     if kind == int(_GEOM.mjGEOM_SPHERE):
         local, radius = np.zeros((1, 3)), float(size[0])
     elif kind == int(_GEOM.mjGEOM_CAPSULE):

@@ -99,10 +99,3 @@ def quaternion(turn: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "4"]:
     found = np.zeros(4)
     mujoco.mju_mat2Quat(found, np.ascontiguousarray(turn, np.float64).reshape(9))
     return found
-
-
-def matrix(quat: Float[np.ndarray, "4"]) -> Float[np.ndarray, "3 3"]:
-    """Returns the matrix of a quaternion, w first."""
-    flat = np.zeros(9)
-    mujoco.mju_quat2Mat(flat, np.asarray(quat, np.float64))
-    return flat.reshape(3, 3)

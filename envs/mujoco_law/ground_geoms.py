@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mjxwalk.envs._mujoco import mujoco
+from mjxwalk.envs import frames
 from mjxwalk.envs.derived import points as mjcf_points
 from mjxwalk.envs.derived.source import Pose
 from mjxwalk.envs.mujoco_law.ground import (
@@ -18,8 +18,8 @@ from mjxwalk.envs.mujoco_law.ground import (
     SPHERE,
     GroundContacts,
 )
+from mjxwalk.envs.mujoco_law.layout import ROOT
 
-_ROOT = 1  # number of the body that carries the others
 # ours: share of the root's height; walkers that stand and walk touch the ground with what is lower.
 HIGH = 0.05
 
@@ -57,17 +57,16 @@ def _high(pose: Pose, model: Any, geoms: list[int]) -> set[int]:
     """Returns the geoms that start far above the lowest, in terms of the root's height there."""
     lowest: list[float] = []
     for geom in geoms:
-        body, flat = model.geom_bodyid[geom], np.zeros(9)
-        mujoco.mju_quat2Mat(flat, model.geom_quat[geom])
+        body = model.geom_bodyid[geom]
         turn = pose.data.xmat[body].reshape(3, 3)
         centre, size = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-        up = turn[2] @ flat.reshape(3, 3)
+        up = turn[2] @ frames.matrix(model.geom_quat[geom])
         height = pose.data.xpos[body][2] + turn[2] @ model.geom_pos[geom]
         lowest.append(height + up @ centre - np.abs(up) @ size)
     if not lowest:
         return set()
     least = min(lowest)
-    most = least + HIGH * (pose.data.xpos[_ROOT][2] - least)
+    most = least + HIGH * (pose.data.xpos[ROOT][2] - least)
     return {geom for geom, height in zip(geoms, lowest, strict=True) if height > most}
 
 
@@ -121,8 +120,6 @@ def _mesh_corners(pose: Pose, geom: int) -> Float[np.ndarray, "corner 3"]:
     Args:
       geom: its number in the file's model.
     """
-    flat = np.zeros(9)
-    mujoco.mju_quat2Mat(flat, pose.model.geom_quat[geom])
     chosen = mjcf_points.spread(mjcf_points.lower(pose, geom))
     offsets = np.array([each.offset for each in chosen]) - pose.model.geom_pos[geom]
-    return offsets @ flat.reshape(3, 3)
+    return offsets @ frames.matrix(pose.model.geom_quat[geom])

@@ -1,7 +1,8 @@
 """What of a tree of bodies is constant: how its joints follow each other, and their inertias.
 
 Bodies without joints move with those that carry them, so only links are moved: bodies with joints.
-A link's own point is where its last joint turns, which is where all that hangs on it is seen from.
+Each link has a point of its own, where its last joint turns; places on what the link carries are
+measured from there.
 """
 
 from typing import Any, NamedTuple
@@ -22,6 +23,7 @@ FREE, BALL, SLIDE, HINGE = (
         mujoco.mjtJoint.mjJNT_HINGE,
     )
 )
+ROOT = 1  # number of the body that carries the others
 WORLD = -1  # in place of a link's number
 
 

@@ -21,8 +21,6 @@ from mjxwalk.envs.mujoco_law import refusals
 from mjxwalk.envs.mujoco_law.model import MujocoModel
 from mjxwalk.envs.mujoco_law.settings import MujocoContact
 
-_ROOT = 1  # number of the body that carries the others
-
 
 class PlainModel(NamedTuple):
     """A body with the file's own joints and motors: constants only.

@@ -107,14 +107,20 @@ def solve(
             lambda at: (at.iterations < iterations) & (at.gain > least), iterate, at
         )
     found = [law_of(each, missing).force for each, missing in zip(rows, at.missing, strict=True)]
-    on_joints = sum(
+    return Solution(at.qacc, jnp.concatenate(found), _on_joints(parts, found, start))
+
+
+def _on_joints(
+    parts: Sequence[Part], forces: Sequence[Array], like: Float[Array, " dof"]
+) -> Float[Array, " dof"]:
+    """Returns the forces of all rows on the degrees of freedom, N or N m."""
+    return sum(
         (
             when(part, lambda part=part, each=each: part.make().jacobian.T @ each)
-            for part, each in zip(parts, found, strict=True)
+            for part, each in zip(parts, forces, strict=True)
         ),
-        start=jnp.zeros_like(start),
+        start=jnp.zeros_like(like),
     )
-    return Solution(at.qacc, jnp.concatenate(found), on_joints)
 
 
 def _begun(part: Part, start: Float[Array, " dof"]) -> tuple[Rows, Float[Array, " row"]]:

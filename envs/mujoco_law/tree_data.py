@@ -13,11 +13,9 @@ from jaxtyping import Array, Float
 
 from mjxwalk.envs import frames
 from mjxwalk.envs._mujoco import mjx
-from mjxwalk.envs.mujoco_law.layout import WORLD, Fixed
+from mjxwalk.envs.mujoco_law.layout import ROOT, WORLD, Fixed
 from mjxwalk.envs.mujoco_law.model import MujocoModel
 from mjxwalk.envs.mujoco_law.tree import Tree
-
-_ROOT = 1  # number of the body that carries the others
 
 
 def of_tree(
@@ -67,7 +65,7 @@ def about_centre(model: MujocoModel, data: Any) -> Any:
       data: from `of_tree`.
     """
     moved = mjx.com_pos(model.mjx, data)
-    offset = moved.subtree_com[_ROOT] - data.subtree_com[_ROOT]
+    offset = moved.subtree_com[ROOT] - data.subtree_com[ROOT]
     turning, moving = data.cvel[:, :3], data.cvel[:, 3:]
     seen = moving + jnp.cross(turning, offset)
     return moved.replace(cvel=jnp.concatenate([turning, seen], axis=1))
