@@ -39,7 +39,6 @@ REACH = 0.3  # rad off the joint's start that an action of 1 asks for; ours
 WEIGHT_SIGMA = 0.03  # of the last layer's weights; ours: walkers stumble, few jump
 START_RATE = 0.1  # of the noise of velocities at the start, m/s and rad/s; ours
 FEW_ITERATIONS = MujocoContact(iterations=1, ls_iterations=4, integrator="euler")
-AS_FILED = MujocoContact()
 # What a walk returns, as a tree.
 WALKED = Walked(MujocoState(0, 0, 0), 0)  # type: ignore[arg-type]
 

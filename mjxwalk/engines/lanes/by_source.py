@@ -6,8 +6,6 @@ from collections.abc import Callable, Generator, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-import jax
-
 from mjxwalk.engines.lanes.frontend import tracing
 from mjxwalk.engines.lanes.frontend.interpreter import (
     Equation,
@@ -20,7 +18,6 @@ from mjxwalk.engines.lanes.ir.graph import OUTSIDE, Graph, LoopId
 from mjxwalk.engines.lanes.ir.lowering import LoweringBuilder
 from mjxwalk.engines.lanes.ir.program import Program, RotatedLoop, Step
 from mjxwalk.engines.lanes.ir.scheduling import build_program
-from mjxwalk.engines.lanes.ir.signature import Argument
 from mjxwalk.engines.lanes.ir.simplify import RULES
 
 MOST_TURNS = 1_000  # of a loop that are counted one by one; ours
@@ -74,9 +71,7 @@ def sources(function: Callable[..., Any], *args: Any) -> Sources:
       function: as `lanes.vmap` takes it.
       args: of one walker; shapes and types count alone.
     """
-    leaves, tree = jax.tree.flatten((args, {}))
-    avals = [jax.typeof(leaf) for leaf in leaves]
-    arguments = [Argument(tuple(a.shape), a.dtype.name, a.weak_type, False) for a in avals]
+    tree, arguments = tracing.own_arguments(args)
     traced = tracing.trace(function, tree, arguments, interpreter=_Tagging)
     program = build_program(traced.graph, traced.outputs, _TellingLowering.tagged)
     return of_program(program)

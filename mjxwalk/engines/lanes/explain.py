@@ -16,11 +16,10 @@ import numpy as np
 from mjxwalk.engines.lanes import by_source
 from mjxwalk.engines.lanes.backend import machine_code
 from mjxwalk.engines.lanes.backend.kernel import emit_kernel
-from mjxwalk.engines.lanes.frontend.tracing import trace
+from mjxwalk.engines.lanes.frontend.tracing import own_arguments, trace
 from mjxwalk.engines.lanes.ir.graph import Graph
 from mjxwalk.engines.lanes.ir.program import Program, RotatedLoop, Step
 from mjxwalk.engines.lanes.ir.scheduling import build_program
-from mjxwalk.engines.lanes.ir.signature import Argument
 
 
 class Explanation(NamedTuple):
@@ -34,9 +33,7 @@ class Explanation(NamedTuple):
 
 def explain(function: Callable[..., Any], *args: Any, width: int | None = None) -> Explanation:
     """Returns the stages of compiling a function of one walker; args are one walker's own."""
-    leaves, tree = jax.tree.flatten((args, {}))
-    avals = [jax.typeof(leaf) for leaf in leaves]
-    arguments = [Argument(tuple(a.shape), a.dtype.name, a.weak_type, False) for a in avals]
+    tree, arguments = own_arguments(args)
     traced = trace(function, tree, arguments)
     whole = build_program(traced.graph, traced.outputs)
     chosen = machine_code.host(width)

@@ -65,6 +65,13 @@ class Traced(NamedTuple):
     tree: Any
 
 
+def own_arguments(args: tuple[Any, ...]) -> tuple[Any, list[Argument]]:
+    """Returns the tree of a function's positional arguments, and its leaves as a walker's own."""
+    leaves, tree = jax.tree.flatten((args, {}))
+    avals = [jax.typeof(leaf) for leaf in leaves]
+    return tree, [Argument(tuple(a.shape), a.dtype.name, a.weak_type, False) for a in avals]
+
+
 def trace(
     function: Callable[..., Any],
     tree: Any,
